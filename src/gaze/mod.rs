@@ -1,0 +1,1 @@
+//! Recorded, live and fixed gaze.
