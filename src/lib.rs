@@ -1,6 +1,7 @@
 //! macula: real-time global illumination that follows the eye.
 
-pub mod gaze;
+pub mod cli;
 pub mod fovea;
+pub mod gaze;
 pub mod scene;
 pub mod view;

@@ -23,7 +23,12 @@ impl Fov {
     pub fn symmetric(vertical_rad: f32, aspect: f32) -> Self {
         let half_width_rad = ((vertical_rad * 0.5).tan() * aspect).atan();
         let half_height_rad = vertical_rad * 0.5;
-        Self { left_rad: -half_width_rad, right_rad: half_width_rad, up_rad: half_height_rad, down_rad: -half_height_rad }
+        Self {
+            left_rad: -half_width_rad,
+            right_rad: half_width_rad,
+            up_rad: half_height_rad,
+            down_rad: -half_height_rad,
+        }
     }
 
     /// Whether the angles span a picture: finite, within ±89.9°, and right of left, up of down.
@@ -53,10 +58,16 @@ impl Fov {
         if dir_in_view.z >= -1e-6 || !dir_in_view.is_finite() {
             return None;
         }
-        let (x, y) = (dir_in_view.x / -dir_in_view.z, dir_in_view.y / -dir_in_view.z);
+        let (x, y) = (
+            dir_in_view.x / -dir_in_view.z,
+            dir_in_view.y / -dir_in_view.z,
+        );
         let (left, right) = (self.left_rad.tan(), self.right_rad.tan());
         let (up, down) = (self.up_rad.tan(), self.down_rad.tan());
-        Some(Vec2::new((x - left) / (right - left), (y - up) / (down - up)))
+        Some(Vec2::new(
+            (x - left) / (right - left),
+            (y - up) / (down - up),
+        ))
     }
 }
 
@@ -71,7 +82,10 @@ pub struct Pose {
 
 impl Pose {
     /// No rotation, at the origin.
-    pub const IDENTITY: Self = Self { orientation: Quat::IDENTITY, position_m: Vec3::ZERO };
+    pub const IDENTITY: Self = Self {
+        orientation: Quat::IDENTITY,
+        position_m: Vec3::ZERO,
+    };
 
     /// The affine map that this pose stands for.
     pub fn to_affine(self) -> Affine3A {
@@ -89,7 +103,10 @@ impl Pose {
     /// The pose that undoes this one.
     pub fn inverse(self) -> Pose {
         let orientation = self.orientation.inverse();
-        Pose { orientation, position_m: -(orientation * self.position_m) }
+        Pose {
+            orientation,
+            position_m: -(orientation * self.position_m),
+        }
     }
 }
 

@@ -194,7 +194,10 @@ pub struct Camera {
 impl Camera {
     /// The camera's eye for an image of `width` × `height` pixels: yfov fits the height.
     pub fn view(&self, width: u32, height: u32) -> View {
-        View { pose: self.pose, fov: crate::view::Fov::symmetric(self.yfov_rad, width as f32 / height as f32) }
+        View {
+            pose: self.pose,
+            fov: crate::view::Fov::symmetric(self.yfov_rad, width as f32 / height as f32),
+        }
     }
 }
 
@@ -209,7 +212,10 @@ pub struct Aabb {
 
 impl Aabb {
     /// Bounds of nothing.
-    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+    pub const EMPTY: Self = Self {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+    };
 
     /// Grows to hold `point`.
     pub fn include(&mut self, point: Vec3) {
@@ -224,12 +230,20 @@ impl Aabb {
 
     /// Centre, metres; the origin for empty bounds.
     pub fn center(&self) -> Vec3 {
-        if self.is_empty() { Vec3::ZERO } else { (self.min + self.max) * 0.5 }
+        if self.is_empty() {
+            Vec3::ZERO
+        } else {
+            (self.min + self.max) * 0.5
+        }
     }
 
     /// Length of the diagonal, metres; 0 for empty bounds.
     pub fn diagonal_m(&self) -> f32 {
-        if self.is_empty() { 0.0 } else { (self.max - self.min).length() }
+        if self.is_empty() {
+            0.0
+        } else {
+            (self.max - self.min).length()
+        }
     }
 }
 

@@ -1,0 +1,60 @@
+//! The command line: the only place that prints, reads the environment or ends the process. One file a subcommand.
+
+use std::error::Error;
+use std::path::PathBuf;
+
+/// What a subcommand failed with: one line that names what failed, on which file or device, and the mend; causes follow under it.
+#[derive(Debug)]
+pub struct CliError {
+    /// The one line.
+    pub message: String,
+    /// What caused it, printed under the line, link by link.
+    pub cause: Option<Box<dyn Error + Send + Sync>>,
+}
+
+impl CliError {
+    /// An error without a deeper cause.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            cause: None,
+        }
+    }
+
+    /// An error with what caused it.
+    pub fn because(
+        message: impl Into<String>,
+        cause: impl Into<Box<dyn Error + Send + Sync>>,
+    ) -> Self {
+        Self {
+            message: message.into(),
+            cause: Some(cause.into()),
+        }
+    }
+}
+
+/// What a subcommand returns: nothing, or the error that makes exit code 1.
+pub type CliResult = Result<(), CliError>;
+
+/// Options that every subcommand shares.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Globals {
+    /// Print one JSON object for machines on stdout (SI units in the key names).
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Replace an existing output.
+    #[arg(long, global = true)]
+    pub force: bool,
+    /// Set one parameter, e.g. `--set gather.radius_m=0.02`; may be repeated. `macula help params` lists them.
+    #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
+    pub set: Vec<String>,
+    /// Read parameters from a TOML file.
+    #[arg(long, value_name = "FILE.toml", global = true)]
+    pub params: Option<PathBuf>,
+    /// Use this Vulkan device, by name or index (`macula doctor` lists them).
+    #[arg(long, value_name = "NAME|INDEX", global = true)]
+    pub device: Option<String>,
+    /// How much to log on stderr: error, warn, info, debug, trace.
+    #[arg(long, value_name = "LEVEL", default_value = "warn", global = true)]
+    pub log: String,
+}
