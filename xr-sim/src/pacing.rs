@@ -184,3 +184,67 @@ impl Pacing {
         self.schedule.count.is_none_or(|count| index < count)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::script::Script;
+
+    const REFUSED: sys::Result = sys::Result::ERROR_CALL_ORDER_INVALID;
+
+    /// An endless still head, with its clock.
+    fn still(clock: ClockKind) -> (Pacing, Clock) {
+        let config = Config {
+            clock,
+            ..Config::default()
+        };
+        let pacing = Pacing::new(Arc::new(Setup {
+            config,
+            script: Script::still(),
+        }));
+        let clock = Clock::start(clock, pacing.first_frame_ns());
+        (pacing, clock)
+    }
+
+    #[test]
+    fn without_a_recording_frames_go_on_evenly_and_without_end() {
+        let (mut pacing, mut clock) = still(ClockKind::Virtual);
+        for index in 0..5 {
+            let frame = pacing.wait(&mut clock);
+            let display_time_ns = FIRST_STILL_FRAME_NS + index as i64 * DEFAULT_PERIOD_NS;
+            assert_eq!(
+                (frame.index, frame.display_time_ns),
+                (index, display_time_ns)
+            );
+            assert!(pacing.begin().is_ok() && pacing.end() == Ok(index));
+            assert!(!pacing.is_last(index));
+        }
+        assert!(pacing.is_in_script(u64::MAX));
+    }
+
+    #[test]
+    fn the_first_frame_in_real_time_is_now_and_the_scripts_times_follow() {
+        let (mut pacing, mut clock) = still(ClockKind::RealTime);
+        let now_ns = clock.now_ns();
+        let frame = pacing.wait(&mut clock);
+        assert_eq!(frame.index, 0);
+        assert!((0..1_000_000_000).contains(&(frame.wake_time_ns() - now_ns)));
+        let time = sys::Time::from_nanos(frame.display_time_ns);
+        assert_eq!(pacing.script_time_ns(time), FIRST_STILL_FRAME_NS);
+        assert_eq!(pacing.time(FIRST_STILL_FRAME_NS), time);
+    }
+
+    #[test]
+    fn frames_are_waited_for_begun_and_ended_in_this_order() {
+        let (mut pacing, mut clock) = still(ClockKind::Virtual);
+        assert_eq!((pacing.begin(), pacing.end()), (Err(REFUSED), Err(REFUSED)));
+        pacing.wait(&mut clock);
+        assert!(pacing.awaits_begin());
+        assert_eq!(pacing.end(), Err(REFUSED));
+        assert_eq!(pacing.begin(), Ok(sys::Result::SUCCESS));
+        assert!(!pacing.awaits_begin());
+        pacing.wait(&mut clock);
+        assert_eq!(pacing.begin(), Ok(sys::Result::FRAME_DISCARDED));
+        assert_eq!((pacing.end(), pacing.end()), (Ok(1), Err(REFUSED)));
+    }
+}

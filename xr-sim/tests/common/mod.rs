@@ -1,6 +1,7 @@
 //! What the tests share: a recording to replay, an application's way to a Vulkan device, its frame loop.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod codes;
 pub mod headless;
 
 use std::fmt::Write as _;

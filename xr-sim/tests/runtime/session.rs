@@ -1,11 +1,9 @@
 //! The life of sessions, spaces and input, without a display.
 
-mod common;
-
 use std::time::{Duration, Instant};
 
-use common::headless::Headless;
-use common::*;
+use crate::common::headless::Headless;
+use crate::common::*;
 use openxr as xr;
 use xr_sim::{ClockKind, Config, configure};
 

@@ -1,8 +1,6 @@
 //! A whole application: from the instance to the last recorded frame, drawing on a Vulkan device.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use openxr as xr;
 use xr_sim::{Capture, Config, PictureFormat, configure};
 

@@ -1,9 +1,7 @@
 //! Eye gaze: its flags, its sample times, and what becomes of it when the eyes are lost.
 
-mod common;
-
-use common::headless::{Gaze, Headless};
-use common::*;
+use crate::common::headless::{Gaze, Headless};
+use crate::common::*;
 use openxr as xr;
 use xr_sim::{Config, configure};
 
