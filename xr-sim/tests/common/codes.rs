@@ -1,4 +1,9 @@
 //! Calls with their result codes, as tables.
+#![allow(
+    unused_imports,
+    unused_macros,
+    reason = "each test file uses its own part"
+)]
 
 use std::ffi::c_char;
 use std::mem::MaybeUninit;

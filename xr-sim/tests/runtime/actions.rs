@@ -87,10 +87,8 @@ fn wrong_bindings_and_readings_get_their_codes() {
         unsafe { (fp.suggest_interaction_profile_bindings)(instance, &info) }
     };
     let free_set = app.instance.create_action_set("free", "Free", 0).unwrap();
-    let free = free_set
-        .create_action::<bool>("free", "Free", &[])
-        .unwrap()
-        .as_raw();
+    let free_action = free_set.create_action::<bool>("free", "Free", &[]).unwrap();
+    let free = free_action.as_raw();
     let state = |action, subaction_path| {
         let info = zeroed!(ActionStateGetInfo);
         let info = sys::ActionStateGetInfo {

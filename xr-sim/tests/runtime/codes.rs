@@ -284,7 +284,7 @@ fn codes_and_types_have_their_names() {
             .structure_type_to_string(sys::StructureType::from_raw(raw))
             .unwrap()
     };
-    assert_eq!(ty(46), "XR_TYPE_FRAME_STATE_");
+    assert_eq!(ty(44), "XR_TYPE_FRAME_STATE");
     assert_eq!(ty(4711), "XR_UNKNOWN_STRUCTURE_TYPE_4711");
 }
 
