@@ -121,15 +121,20 @@ impl Pacing {
         self.waited.is_some()
     }
 
-    /// `xrWaitFrame`: plans the next frame that can still be made.
-    pub fn wait(&mut self, clock: &mut Clock) -> PlannedFrame {
-        let now_ns = clock.now_ns();
+    /// Lets the script start now, if it hasn't; what is to be added to its times.
+    pub fn start(&mut self, clock: &Clock) -> i64 {
         let first = self.schedule.frame(0);
-        let offset_ns = *self.offset_ns.get_or_insert(match clock.kind() {
+        *self.offset_ns.get_or_insert_with(|| match clock.kind() {
             ClockKind::Virtual => 0,
             // the application may start on the first frame at once
-            ClockKind::RealTime => now_ns - first.wake_time_ns(),
-        });
+            ClockKind::RealTime => clock.now_ns() - first.wake_time_ns(),
+        })
+    }
+
+    /// `xrWaitFrame`: plans the next frame that can still be made. The first one starts the script.
+    pub fn wait(&mut self, clock: &mut Clock) -> PlannedFrame {
+        let now_ns = clock.now_ns();
+        let offset_ns = self.start(clock);
         let planned = |index| {
             let frame = self.schedule.frame(index);
             PlannedFrame {

@@ -121,8 +121,18 @@ pub(crate) fn locate(
     };
     // gaze comes in samples that are held: between them there is no velocity to be told
     if wants_velocity && flags != 0 && !is_gaze(space) && !is_gaze(base) {
-        let (before, _) = relate(script, space, base, time_ns - VELOCITY_HALF_SPAN_NS);
-        let (after, _) = relate(script, space, base, time_ns + VELOCITY_HALF_SPAN_NS);
+        let (before, _) = relate(
+            script,
+            space,
+            base,
+            time_ns.saturating_sub(VELOCITY_HALF_SPAN_NS),
+        );
+        let (after, _) = relate(
+            script,
+            space,
+            base,
+            time_ns.saturating_add(VELOCITY_HALF_SPAN_NS),
+        );
         let span_s = 2.0 * VELOCITY_HALF_SPAN_NS as f32 * 1e-9;
         let rotation = after.orientation * before.orientation.inverse();
         location.velocity_flags = VELOCITY_VALID;

@@ -71,13 +71,17 @@ functions! {
 
     fn begin_session(session: sys::Session, begin_info: *const sys::SessionBeginInfo) {
         let mut runtime = runtime();
-        let (of_session, _) = runtime.session(session)?;
+        let (of_session, instance) = runtime.session(session)?;
         let configuration = begin_info.verified()?.primary_view_configuration_type;
         // without views their configuration says nothing (XR_MND_headless)
         if of_session.graphics.is_some() {
             super::views::verify_configuration(configuration)?;
         }
         let states = of_session.lifecycle.begin()?;
+        if of_session.graphics.is_none() {
+            // such an application need not wait for frames: its script starts here
+            of_session.pacing.start(&instance.clock);
+        }
         runtime.announce(session, states)
     }
 

@@ -45,7 +45,7 @@ impl Gaze {
             Self::Recorded(samples) => {
                 let after = samples.partition_point(|sample| sample.time_ns <= time_ns);
                 let sample = *samples.get(after.checked_sub(1)?)?;
-                (time_ns - sample.time_ns <= MAX_AGE_NS).then_some(sample)
+                (time_ns.saturating_sub(sample.time_ns) <= MAX_AGE_NS).then_some(sample)
             }
         }
     }

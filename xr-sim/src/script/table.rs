@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// The largest file that is read: some days of gaze at 200 Hz.
-const MAX_FILE_BYTES: u64 = 1 << 32;
+/// The largest file that is read: some hours of gaze at 200 Hz.
+const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// Why a session folder can't be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -19,12 +19,10 @@ pub enum ScriptError {
         source: io::Error,
     },
     /// A file is beyond any recording.
-    #[error("{} has {bytes} bytes; at most {MAX_FILE_BYTES} are read: split the recording", path.display())]
+    #[error("{} has more than {MAX_FILE_BYTES} bytes; split the recording", path.display())]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its size.
-        bytes: u64,
     },
     /// A line isn't CSV of the header's width.
     #[error("{}, line {line}: {reason}; remove or mend the line", path.display())]
@@ -114,10 +112,7 @@ impl Table {
             .read_to_end(&mut bytes)
             .map_err(failed)?;
         if bytes.len() as u64 > MAX_FILE_BYTES {
-            return Err(ScriptError::TooLarge {
-                path: path.into(),
-                bytes: bytes.len() as u64,
-            });
+            return Err(ScriptError::TooLarge { path: path.into() });
         }
         let whole = bytes
             .iter()

@@ -18,6 +18,11 @@ pub const FIRST_NS: i64 = 5_000_000_000;
 /// From frame to frame of [`recording`]: 90 Hz.
 pub const PERIOD_NS: i64 = 11_111_111;
 
+/// The usage of a swapchain that [`Vulkan::clear`] draws into.
+pub fn drawn_into() -> xr::SwapchainUsageFlags {
+    xr::SwapchainUsageFlags::COLOR_ATTACHMENT | xr::SwapchainUsageFlags::TRANSFER_DST
+}
+
 /// What is configured holds for the process: tests that configure take turns.
 pub fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());

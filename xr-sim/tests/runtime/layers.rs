@@ -80,7 +80,7 @@ type SwapchainInfo = xr::SwapchainCreateInfo<xr::Vulkan>;
 fn swapchain_info(format: vk::Format, size: u32) -> SwapchainInfo {
     xr::SwapchainCreateInfo {
         create_flags: xr::SwapchainCreateFlags::EMPTY,
-        usage_flags: xr::SwapchainUsageFlags::COLOR_ATTACHMENT,
+        usage_flags: drawn_into(),
         format: format.as_raw() as u32,
         sample_count: 1,
         width: size,

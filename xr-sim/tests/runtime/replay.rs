@@ -41,7 +41,7 @@ fn run(colors: impl Fn(usize, u32) -> [f32; 4]) -> Option<Run> {
     let mut swapchain = session
         .create_swapchain(&xr::SwapchainCreateInfo {
             create_flags: xr::SwapchainCreateFlags::EMPTY,
-            usage_flags: xr::SwapchainUsageFlags::COLOR_ATTACHMENT,
+            usage_flags: drawn_into(),
             format,
             sample_count: 1,
             width,

@@ -270,3 +270,42 @@ fn a_frame_may_be_waited_for_while_another_is_drawn_but_only_once_that_has_begun
         .end(time, xr::EnvironmentBlendMode::OPAQUE, &[])
         .unwrap();
 }
+
+#[test]
+fn a_headless_session_that_waits_for_no_frames_sees_the_script_go_by_in_real_time() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    recording(folder.path(), 100);
+    let events = format!(
+        "time_ns,event,value\n{},button,select_left down\n",
+        frame_ns(9)
+    );
+    std::fs::write(folder.path().join("events.csv"), events).unwrap();
+    let session = Some(folder.path().into());
+    let clock = ClockKind::RealTime;
+    configure(Config {
+        session,
+        clock,
+        ..config()
+    })
+    .unwrap();
+    let app = Headless::new(V1_0);
+    let is_pressed = || {
+        app.session.sync_actions(&[(&app.set).into()]).unwrap();
+        app.select
+            .state(&app.session, xr::Path::NULL)
+            .unwrap()
+            .current_state
+    };
+    assert!(!is_pressed());
+    let start = Instant::now();
+    while !is_pressed() {
+        assert!(start.elapsed() < Duration::from_secs(10));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(
+        start.elapsed() >= Duration::from_millis(50),
+        "{:?}",
+        start.elapsed()
+    );
+}
