@@ -3,5 +3,6 @@
 pub mod cli;
 pub mod fovea;
 pub mod gaze;
+pub mod gpu;
 pub mod scene;
 pub mod view;
