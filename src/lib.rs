@@ -4,5 +4,6 @@ pub mod cli;
 pub mod fovea;
 pub mod gaze;
 pub mod gpu;
+pub mod params;
 pub mod scene;
 pub mod view;
