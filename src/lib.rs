@@ -3,5 +3,8 @@
 pub mod cli;
 pub mod fovea;
 pub mod gaze;
+pub mod image;
+pub mod metrics;
+pub mod report;
 pub mod scene;
 pub mod view;

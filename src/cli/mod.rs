@@ -1,5 +1,9 @@
 //! The command line: the only place that prints, reads the environment or ends the process. One file a subcommand.
 
+pub mod compare;
+pub mod output;
+pub mod progress;
+
 use std::error::Error;
 use std::path::PathBuf;
 
