@@ -3,6 +3,7 @@
 pub mod cli;
 pub mod fovea;
 pub mod gaze;
+pub mod gpu;
 pub mod image;
 pub mod metrics;
 pub mod report;

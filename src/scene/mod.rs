@@ -3,6 +3,8 @@
 //! Scene space is the file's world space moved to the scene's own centre: metres, right-handed, +Y up. Transforms are composed in
 //! f64 at load, so that a scene 10 km from the file's origin loses nothing. This room knows no gaze and no frames.
 
+pub mod animation;
+
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 
 use crate::view::View;

@@ -1,0 +1,5 @@
+//! The GPU: device, shaders, buffers, passes, timing. Knows no technique.
+
+pub mod device;
+
+pub use device::{GpuDevice, GpuError, Headless, VulkanMaker};
