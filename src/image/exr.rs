@@ -159,13 +159,7 @@ mod tests {
 
     fn gradient(width: u32, height: u32) -> LinearImage {
         let rgb = (0..width * height)
-            .map(|i| {
-                [
-                    i as f32 * 0.37,
-                    1e-6 * i as f32,
-                    1e6 / (1.0 + i as f32),
-                ]
-            })
+            .map(|i| [i as f32 * 0.37, 1e-6 * i as f32, 1e6 / (1.0 + i as f32)])
             .collect();
         LinearImage { width, height, rgb }
     }
@@ -214,16 +208,16 @@ mod tests {
         let path = folder.path().join("huge.exr");
         write(&path, &gradient(2, 2)).unwrap();
         let mut bytes = std::fs::read(&path).unwrap();
-        // `dataWindow`, `box2i`, a length of 16 bytes, then xmin, ymin, xmax, ymax: make xmax and ymax large.
-        let name = b"dataWindow\0box2i\0";
-        let at = bytes
-            .windows(name.len())
-            .position(|window| window == name)
-            .unwrap()
-            + name.len()
-            + 4
-            + 8;
-        bytes[at..at + 8].copy_from_slice(&[0xff, 0xff, 0, 0, 0xff, 0xff, 0, 0]);
+        let mut set = |attribute: &[u8], offset: usize, value: i32| {
+            let found = bytes.windows(attribute.len()).position(|w| w == attribute);
+            let length_field = 4;
+            let at = found.unwrap() + attribute.len() + length_field + offset;
+            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        };
+        // xmin, ymin, xmax, ymax; 16 lines a chunk.
+        set(b"dataWindow\0box2i\0", 8, 65_535);
+        set(b"dataWindow\0box2i\0", 12, 65_535);
+        set(b"chunkCount\0int\0", 0, 4096);
         std::fs::write(&path, bytes).unwrap();
         let error = read(&path).unwrap_err();
         assert!(matches!(error, ExrError::TooLarge { .. }), "{error:?}");

@@ -84,7 +84,13 @@ pub fn to_rgb8(image: &LinearImage, exposure_ev: f32) -> Vec<u8> {
 /// A picture whose pixels do not fit its size, or a file that cannot be written.
 pub fn write(path: &Path, image: &LinearImage, exposure_ev: f32) -> Result<(), PngError> {
     let rgb8 = to_rgb8(image, exposure_ev);
-    write_samples(path, &rgb8, image.width, image.height, image::ColorType::Rgb8)
+    write_samples(
+        path,
+        &rgb8,
+        image.width,
+        image.height,
+        image::ColorType::Rgb8,
+    )
 }
 
 /// Writes 8-bit sRGB samples (R G B A, row by row) as they are.
@@ -157,8 +163,18 @@ mod tests {
 
     #[test]
     fn srgb_matches_the_standard_at_known_points() {
-        for (linear, code) in [(0.0, 0), (0.002, 7), (0.214_041, 128), (0.5, 188), (1.0, 255)] {
-            assert_eq!((srgb_encode(linear) * 255.0).round() as u8, code, "{linear}");
+        for (linear, code) in [
+            (0.0, 0),
+            (0.002, 7),
+            (0.215_861, 128),
+            (0.5, 188),
+            (1.0, 255),
+        ] {
+            assert_eq!(
+                (srgb_encode(linear) * 255.0).round() as u8,
+                code,
+                "{linear}"
+            );
         }
     }
 
@@ -175,7 +191,10 @@ mod tests {
         let read = image::open(&path).unwrap().to_rgb8();
         assert_eq!(read.as_raw(), &[188, 0, 0, 0, 255, 0]);
         write_rgba8(&path, 1, 1, &[1, 2, 3, 4]).unwrap();
-        assert_eq!(image::open(&path).unwrap().to_rgba8().as_raw(), &[1, 2, 3, 4]);
+        assert_eq!(
+            image::open(&path).unwrap().to_rgba8().as_raw(),
+            &[1, 2, 3, 4]
+        );
         let error = write_rgba8(&path, 2, 1, &[1, 2, 3, 4]).unwrap_err();
         assert!(error.to_string().contains("picture.png"), "{error}");
     }

@@ -199,9 +199,7 @@ fn mean_rgb(rgb: &[[f32; 3]], pixels: &[usize]) -> [f32; 3] {
 pub fn psnr_db(candidate: &[[f32; 3]], reference: &[[f32; 3]], pixels: &[usize]) -> Option<f64> {
     let square = |&pixel: &usize| -> f64 {
         (0..3)
-            .map(|channel| {
-                f64::from(candidate[pixel][channel] - reference[pixel][channel]).powi(2)
-            })
+            .map(|channel| f64::from(candidate[pixel][channel] - reference[pixel][channel]).powi(2))
             .sum()
     };
     let sum: f64 = pixels.iter().map(square).sum();
@@ -274,7 +272,13 @@ mod tests {
     fn blocks_average_noise_away_but_not_bias() {
         let reference = vec![[1.0; 3]; 256];
         let checkered = |bias: f32| -> Vec<[f32; 3]> {
-            let noise = |i: usize| if (i + i / 16).is_multiple_of(2) { 0.5 } else { -0.5 };
+            let noise = |i: usize| {
+                if (i + i / 16).is_multiple_of(2) {
+                    0.5
+                } else {
+                    -0.5
+                }
+            };
             (0..256).map(|i| [1.0 + bias + noise(i); 3]).collect()
         };
         let blocks = |candidate: &[[f32; 3]]| {

@@ -22,7 +22,9 @@ const DISPLAY_KEY: f64 = 0.18;
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum MetricsError {
     /// The pictures do not have the same number of pixels, or their number does not fill rows of the given width.
-    #[error("the pictures differ in size: {candidate} pixels, reference {reference}, width {width}")]
+    #[error(
+        "the pictures differ in size: {candidate} pixels, reference {reference}, width {width}"
+    )]
     SizeMismatch {
         /// Pixels of the picture that is judged.
         candidate: usize,
@@ -118,7 +120,10 @@ pub fn compare(
         periphery: None,
         display_exposure_ev: 0.0,
     };
-    if all.iter().all(|&pixel| pair.reference[pixel].iter().all(|&x| x <= 0.0)) {
+    if all
+        .iter()
+        .all(|&pixel| pair.reference[pixel].iter().all(|&x| x <= 0.0))
+    {
         comparison.against_black = Some(against_black(pair.candidate, &all));
         return Ok(comparison);
     }
@@ -284,7 +289,10 @@ mod tests {
             result.transition.unwrap().error,
             result.periphery.unwrap().error,
         );
-        assert_eq!(fovea.pixels + transition.pixels + periphery.pixels, SIZE * SIZE);
+        assert_eq!(
+            fovea.pixels + transition.pixels + periphery.pixels,
+            SIZE * SIZE
+        );
         assert_eq!((fovea.pixels, transition.pixels), (5 * SIZE, 5 * SIZE));
         assert_eq!((fovea.mse, transition.mse), (0.0, 0.0));
         assert!(periphery.mse > 0.0);
@@ -318,7 +326,10 @@ mod tests {
         candidate[7] = [0.25, 0.0, 0.0];
         let result = compare(pair(&candidate, &black), None).unwrap();
         let against_black = result.against_black.unwrap();
-        assert_eq!((against_black.max_absolute, against_black.nonzero_pixels), (0.25, 1));
+        assert_eq!(
+            (against_black.max_absolute, against_black.nonzero_pixels),
+            (0.25, 1)
+        );
         assert!(result.whole.is_none());
     }
 

@@ -47,10 +47,7 @@ pub fn eccentricities_rad(
     gaze_dir_in_view: DVec3,
 ) -> Vec<f64> {
     let angle = |pixel: usize| {
-        let center = Vec2::new(
-            (pixel % width) as f32 + 0.5,
-            (pixel / width) as f32 + 0.5,
-        );
+        let center = Vec2::new((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
         let uv = center / Vec2::new(width as f32, height as f32);
         let ray = fov.dir_in_view(uv).as_dvec3();
         ray.cross(gaze_dir_in_view)

@@ -16,21 +16,20 @@ pub fn map(candidate: &[[f32; 3]], reference: &[[f32; 3]], width: usize) -> Vec<
     let height = candidate.len() / width;
     let x: Vec<f64> = candidate.iter().map(|&rgb| luminance(rgb)).collect();
     let y: Vec<f64> = reference.iter().map(|&rgb| luminance(rgb)).collect();
-    let product = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
+    let product =
+        |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
     let (xx, yy, xy) = (product(&x, &x), product(&y, &y), product(&x, &y));
     let [x, y, xx, yy, xy] = [x, y, xx, yy, xy].map(|values| blur(&values, width, height));
     let similarity = |pixel: usize| {
         let (mx, my) = (x[pixel], y[pixel]);
         let (vx, vy) = (xx[pixel] - mx * mx, yy[pixel] - my * my);
         let covariance = xy[pixel] - mx * my;
-        (2.0 * mx * my + C1) * (2.0 * covariance + C2)
-            / ((mx * mx + my * my + C1) * (vx + vy + C2))
+        (2.0 * mx * my + C1) * (2.0 * covariance + C2) / ((mx * mx + my * my + C1) * (vx + vy + C2))
     };
     let fits = |at: usize, size: usize| at >= RADIUS && at + RADIUS < size;
     (0..candidate.len())
         .map(|pixel| {
-            (fits(pixel % width, width) && fits(pixel / width, height))
-                .then(|| similarity(pixel))
+            (fits(pixel % width, width) && fits(pixel / width, height)).then(|| similarity(pixel))
         })
         .collect()
 }
@@ -43,13 +42,18 @@ fn blur(values: &[f64], width: usize, height: usize) -> Vec<f64> {
     });
     let sum: f64 = weights.iter().sum();
     weights.iter_mut().for_each(|weight| *weight /= sum);
-    let pass = |from: &[f64], stride: usize, rows: std::ops::Range<usize>, columns: std::ops::Range<usize>| {
+    let pass = |from: &[f64],
+                stride: usize,
+                rows: std::ops::Range<usize>,
+                columns: std::ops::Range<usize>| {
         let mut to = vec![0.0; from.len()];
         for row in rows {
             for column in columns.clone() {
                 let at = row * width + column;
                 let first = at - RADIUS * stride;
-                to[at] = (0..weights.len()).map(|i| weights[i] * from[first + i * stride]).sum();
+                to[at] = (0..weights.len())
+                    .map(|i| weights[i] * from[first + i * stride])
+                    .sum();
             }
         }
         to
@@ -91,7 +95,10 @@ mod tests {
             against(&stripes(0.0)),
             against(&stripes(-1.0)),
         );
-        assert!(same > 0.999_999 && flat < 0.1 && inverted < -0.5, "{same} {flat} {inverted}");
+        assert!(
+            same > 0.999_999 && flat < 0.1 && inverted < -0.5,
+            "{same} {flat} {inverted}"
+        );
     }
 
     #[test]
