@@ -1,7 +1,7 @@
 //! `macula compare`: how far a picture is from its reference, whole and per region of the retina.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::DVec3;
@@ -193,7 +193,7 @@ pub fn judge(args: &Args) -> Result<Judgement, CliError> {
     })
 }
 
-fn read_like(path: &PathBuf, image: &LinearImage, args: &Args) -> Result<LinearImage, CliError> {
+fn read_like(path: &Path, image: &LinearImage, args: &Args) -> Result<LinearImage, CliError> {
     let other = exr::read(path)?;
     if (other.width, other.height) == (image.width, image.height) {
         return Ok(other);

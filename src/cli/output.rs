@@ -274,19 +274,17 @@ fn check_free(
     force: bool,
     check_ours: fn(&Path) -> Result<(), OutputError>,
 ) -> Result<(), OutputError> {
-    let refusals: [(&Path, fn(PathBuf) -> OutputError); 2] = [
-        (target, OutputError::Exists),
-        (partial, OutputError::PartialExists),
-    ];
-    for (path, refusal) in refusals {
-        if exists(path)? {
-            if !force {
-                return Err(refusal(path.into()));
-            }
-            check_ours(path)?;
+    let check = |path: &Path, refusal: fn(PathBuf) -> OutputError| {
+        if !exists(path)? {
+            Ok(())
+        } else if force {
+            check_ours(path)
+        } else {
+            Err(refusal(path.into()))
         }
-    }
-    Ok(())
+    };
+    check(target, OutputError::Exists)?;
+    check(partial, OutputError::PartialExists)
 }
 
 /// Whether anything, a dangling link included, has this name.

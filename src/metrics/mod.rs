@@ -158,7 +158,7 @@ fn check(pair: ImagePair, angles: Option<usize>) -> Result<(), MetricsError> {
         reference,
         width: pair.width,
     };
-    if candidate == 0 || pair.width == 0 || candidate % pair.width != 0 {
+    if candidate == 0 || pair.width == 0 || !candidate.is_multiple_of(pair.width) {
         return Err(mismatch(pair.reference.len()));
     }
     let others = [
