@@ -11,11 +11,13 @@ use super::material;
 use super::math::{rotation, sin_cos};
 use super::mesh::{Mesh, joined};
 
-/// The room: 2.2 m wide and high, from 0.9 m behind the viewer to 2.7 m before. All six walls are there, whichever way one looks.
+/// The room: 2.2 m wide and high, from 0.9 m behind the viewer to 2.7 m XX
 const ROOM_MIN: DVec3 = DVec3::new(-1.1, 0.0, -2.7);
-const ROOM_MAX: DVec3 = DVec3::new(1.1, 2.2, 0.9);
+const ROOM_MAX: DVec3 = DVec3::new(1.1, 2.2, 0.7);
+/// Where a seated viewer's eyes are.
+const VIEWER: DVec3 = DVec3::new(0.0, 1.2, -0.3);
 /// The lamp, x and z from `ROOM_MIN`. Behind the ball, so that the caustic falls towards the viewer.
-const LAMP: [f64; 4] = [0.7, 0.45, 1.5, 0.95];
+const LAMP: [f64; 4] = [0.7, 0.4, 1.5, 1.0];
 /// The round table that carries the ball and the block.
 const TABLE_CENTER: DVec3 = DVec3::new(0.0, 0.0, -1.5);
 const TABLE_RADIUS_M: f64 = 0.56;
@@ -29,7 +31,7 @@ pub fn make() -> Vec<u8> {
     let red = glb.material("red", material::lambert([0.63, 0.065, 0.05]));
     let green = glb.material("green", material::lambert([0.14, 0.45, 0.091]));
     let blue = glb.material("blue", material::lambert([0.1, 0.2, 0.6]));
-    let lamp = glb.material("lamp", material::lamp([18.0, 13.5, 8.1]));
+    let lamp = glb.material("lamp", material::lamp([22.0, 17.6, 11.0]));
     let mirror = glb.material("mirror", material::metal([0.95; 3], 0.0));
     let glass = glb.material("glass", material::glass(1.5, 2.0 * BALL_RADIUS_M));
 
@@ -63,7 +65,7 @@ pub fn make() -> Vec<u8> {
     let block = glb.node("sliding block", start);
     glb.animate("sliding", block, &motion);
 
-    glb.camera("viewer", DVec3::new(0.0, 1.2, 0.0), DQuat::IDENTITY, 60.0);
+    glb.camera("viewer", VIEWER, DQuat::IDENTITY, 60.0);
     glb.finish()
 }
 

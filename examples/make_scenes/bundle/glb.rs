@@ -12,6 +12,8 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
+const LINEAR: u32 = 9729;
+const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 
 /// A scene being written. Indices that its functions return are glTF's.
 pub struct Glb {
@@ -54,7 +56,24 @@ impl Glb {
         self.push("materials", material)
     }
 
-    /// Adds a mesh of one primitive per material.
+    /// Adds a PNG image as a texture that repeats and is filtered.
+    pub fn texture(&mut self, name: &str, png: &[u8]) -> usize {
+        if !self.root.contains_key("samplers") {
+            self.push(
+                "samplers",
+                json!({ "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR }),
+            );
+        }
+        let view = self.buffer_view(png, None);
+        let image = json!({ "name": name, "mimeType": "image/png", "bufferView": view });
+        let image = self.push("images", image);
+        self.push(
+            "textures",
+            json!({ "name": name, "sampler": 0, "source": image }),
+        )
+    }
+
+    /// Adds a mesh of one primitive per material. Texture coordinates are written where the material has a texture.
     pub fn mesh(&mut self, name: &str, parts: &[(&Mesh, usize)]) -> usize {
         let primitives: Vec<Value> = parts
             .iter()
@@ -91,6 +110,28 @@ impl Glb {
         self.node(
             name,
             json!({ "camera": camera, "translation": translation, "rotation": rotation }),
+        );
+    }
+
+    /// Adds a light of KHR_lights_punctual at `position` that shines along `direction`; `light` holds the extension's own fields.
+    pub fn light(&mut self, name: &str, mut light: Value, position: DVec3, direction: DVec3) {
+        light["name"] = json!(name);
+        let extensions = self.root.entry("extensions").or_insert_with(|| json!({}));
+        let lights = &mut extensions["KHR_lights_punctual"]["lights"];
+        if lights.is_null() {
+            *lights = json!([]);
+        }
+        let index = lights.as_array().map_or(0, Vec::len);
+        if let Value::Array(lights) = lights {
+            lights.push(light);
+        }
+        // A light shines along its node's -Z.
+        let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, direction);
+        let extension = json!({ "KHR_lights_punctual": { "light": index } });
+        let (translation, rotation) = (position.to_array(), rotation.to_array());
+        self.node(
+            name,
+            json!({ "extensions": extension, "translation": translation, "rotation": rotation }),
         );
     }
 
@@ -160,6 +201,12 @@ impl Glb {
         if !mesh.normals.is_empty() {
             let normals = flatten(&mesh.normals);
             attributes["NORMAL"] = json!(self.floats(&normals, "VEC3", Some(ARRAY_BUFFER), false));
+        }
+        let pbr = &self.root["materials"][material]["pbrMetallicRoughness"];
+        if pbr.get("baseColorTexture").is_some() {
+            let texcoords: Vec<f64> = mesh.texcoords.iter().flat_map(|uv| uv.to_array()).collect();
+            let texcoords = self.floats(&texcoords, "VEC2", Some(ARRAY_BUFFER), false);
+            attributes["TEXCOORD_0"] = json!(texcoords);
         }
         let indices = self.indices(mesh);
         json!({ "attributes": attributes, "indices": indices, "material": material })

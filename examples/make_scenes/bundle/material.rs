@@ -42,6 +42,22 @@ pub fn metal(reflectance: [f64; 3], roughness: f64) -> Value {
     })
 }
 
+/// Paint, lacquer or glaze: a diffuse ground under a GGX coat of index 1.5.
+pub fn glossy(albedo: [f64; 3], roughness: f64) -> Value {
+    json!({
+        "pbrMetallicRoughness": {
+            "baseColorFactor": rgba(albedo), "metallicFactor": 0.0, "roughnessFactor": roughness,
+        },
+        "doubleSided": true,
+    })
+}
+
+/// Multiplies a texture onto a material's base colour.
+pub fn textured(mut material: Value, texture: usize) -> Value {
+    material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": texture });
+    material
+}
+
 /// Clear glass: a smooth solid of index `ior`, about `thickness_m` thick (which only says that it is solid).
 pub fn glass(ior: f64, thickness_m: f64) -> Value {
     json!({

@@ -230,6 +230,20 @@ impl Mesh {
         self
     }
 
+    /// The same with every position moved by `place`; to be done before it is shaded.
+    pub fn deformed(mut self, place: impl Fn(DVec3) -> DVec3) -> Self {
+        self.positions.iter_mut().for_each(|p| *p = place(*p));
+        self
+    }
+
+    /// The same with texture coordinates from positions and the old coordinates.
+    pub fn textured(mut self, place: impl Fn(DVec3, DVec2) -> DVec2) -> Self {
+        for (texcoord, position) in self.texcoords.iter_mut().zip(&self.positions) {
+            *texcoord = place(*position, *texcoord);
+        }
+        self
+    }
+
     /// The same, inside out.
     pub fn flipped(mut self) -> Self {
         self.normals.iter_mut().for_each(|n| *n = -*n);

@@ -6,16 +6,22 @@
 
 mod cornell;
 mod furnace;
+mod furniture;
 mod glb;
 mod material;
 mod math;
 mod mesh;
+mod painting;
+mod room;
+mod shapes;
+mod texture;
 
 /// A function that makes one scene's file.
 pub type MakeGlb = fn() -> Vec<u8>;
 
 /// Every bundled scene: its file's name, and what makes it.
-pub const SCENES: [(&str, MakeGlb); 2] = [
+pub const SCENES: [(&str, MakeGlb); 3] = [
     ("cornell.glb", cornell::make),
     ("furnace.glb", furnace::make),
+    ("room.glb", room::make),
 ];
