@@ -59,7 +59,10 @@ fn punctual(light: &PunctualLight, bounds_radius_m: f32) -> (Light, f64) {
             record.kind = KIND_POINT;
             strength * 4.0 * std::f64::consts::PI
         }
-        PunctualKind::Spot { inner_cone_rad, outer_cone_rad } => {
+        PunctualKind::Spot {
+            inner_cone_rad,
+            outer_cone_rad,
+        } => {
             record.kind = KIND_SPOT;
             let (cos_inner, cos_outer) = (inner_cone_rad.cos(), outer_cone_rad.cos());
             record.spot_scale = 1.0 / (cos_inner - cos_outer).max(0.001);
@@ -86,10 +89,14 @@ pub fn build(
     emission_texture_of_material: &[(i32, Vec3)],
     bounds_radius_m: f32,
 ) -> Vec<Light> {
-    let mut records: Vec<(Light, f64)> =
-        punctual_lights.iter().map(|light| punctual(light, bounds_radius_m)).collect();
+    let mut records: Vec<(Light, f64)> = punctual_lights
+        .iter()
+        .map(|light| punctual(light, bounds_radius_m))
+        .collect();
     for source in emissive {
-        let map = source.object.map_or(Affine3A::IDENTITY, |object| scene_from_object[object]);
+        let map = source
+            .object
+            .map_or(Affine3A::IDENTITY, |object| scene_from_object[object]);
         let [a, b, c] = source.corners.map(|corner| map.transform_point3(corner));
         let (edge1, edge2) = (b - a, c - a);
         let area_m2 = 0.5 * edge1.cross(edge2).length();
@@ -97,7 +104,8 @@ pub fn build(
         let (emission_texture, mean) = emission_texture_of_material[source.material as usize];
         let sides = if material.double_sided { 2.0 } else { 1.0 };
         let power =
-            f64::from((material.emission_w_per_m2_sr * mean).element_sum() * area_m2 * sides) * std::f64::consts::PI;
+            f64::from((material.emission_w_per_m2_sr * mean).element_sum() * area_m2 * sides)
+                * std::f64::consts::PI;
         let record = Light {
             position: a.to_array(),
             kind: KIND_TRIANGLE,
@@ -119,7 +127,10 @@ pub fn build(
 fn with_alias_table(records: Vec<(Light, f64)>) -> Vec<Light> {
     let total: f64 = records.iter().map(|(_, power)| power).sum();
     let count = records.len();
-    let mut share: Vec<f64> = records.iter().map(|(_, power)| power / total * count as f64).collect();
+    let mut share: Vec<f64> = records
+        .iter()
+        .map(|(_, power)| power / total * count as f64)
+        .collect();
     let mut lights: Vec<Light> = records
         .into_iter()
         .enumerate()
@@ -130,12 +141,17 @@ fn with_alias_table(records: Vec<(Light, f64)>) -> Vec<Light> {
             ..light
         })
         .collect();
-    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..count).partition(|index| share[*index] < 1.0);
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) =
+        (0..count).partition(|index| share[*index] < 1.0);
     while let (Some(low), Some(high)) = (small.pop(), large.pop()) {
         lights[low].alias_share = share[low] as f32;
         lights[low].alias_index = high as u32;
         share[high] -= 1.0 - share[low];
-        if share[high] < 1.0 { small.push(high) } else { large.push(high) }
+        if share[high] < 1.0 {
+            small.push(high)
+        } else {
+            large.push(high)
+        }
     }
     lights
 }
@@ -161,14 +177,22 @@ mod tests {
         let mut probability = vec![0.0; lights.len()];
         for (slot, light) in lights.iter().enumerate() {
             probability[slot] += f64::from(light.alias_share) / lights.len() as f64;
-            probability[light.alias_index as usize] += f64::from(1.0 - light.alias_share) / lights.len() as f64;
+            probability[light.alias_index as usize] +=
+                f64::from(1.0 - light.alias_share) / lights.len() as f64;
         }
         probability
     }
 
     #[test]
     fn each_light_is_picked_in_proportion_to_its_power() {
-        let lights = build(&[point(1.0), point(7.0), point(0.5), point(1e-6)], &[], &[], &[], &[], 1.0);
+        let lights = build(
+            &[point(1.0), point(7.0), point(0.5), point(1e-6)],
+            &[],
+            &[],
+            &[],
+            &[],
+            1.0,
+        );
         for (light, probability) in lights.iter().zip(picked(&lights)) {
             assert!((probability - f64::from(light.pick_probability)).abs() < 1e-6);
         }
@@ -177,7 +201,18 @@ mod tests {
 
     #[test]
     fn dark_lights_are_left_out() {
-        assert_eq!(build(&[point(0.0), point(f32::NAN), point(1.0)], &[], &[], &[], &[], 1.0).len(), 1);
+        assert_eq!(
+            build(
+                &[point(0.0), point(f32::NAN), point(1.0)],
+                &[],
+                &[],
+                &[],
+                &[],
+                1.0
+            )
+            .len(),
+            1
+        );
         assert!(build(&[], &[], &[], &[], &[], 1.0).is_empty());
     }
 }
