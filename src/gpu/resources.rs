@@ -103,6 +103,11 @@ impl SplitArray {
         Ok(array)
     }
 
+    /// Its name in WGSL.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
     /// How many chunks this array has.
     pub fn chunks(&self) -> u32 {
         self.chunks.len() as u32
