@@ -6,3 +6,4 @@ pub mod gaze;
 pub mod gpu;
 pub mod scene;
 pub mod view;
+pub mod xr;
