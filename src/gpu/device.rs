@@ -70,7 +70,7 @@ pub enum GpuError {
     },
 }
 
-fn vulkan_error(call: &'static str) -> impl Fn(vk::Result) -> GpuError {
+pub(super) fn vulkan_error(call: &'static str) -> impl Fn(vk::Result) -> GpuError {
     move |result| GpuError::Vulkan { call, result }
 }
 
@@ -254,7 +254,7 @@ impl GpuDevice {
     }
 }
 
-fn create_instance(
+pub(super) fn create_instance(
     entry: &ash::Entry,
     maker: &dyn VulkanMaker,
 ) -> Result<(ash::Instance, wgpu::hal::vulkan::Instance), GpuError> {
@@ -374,7 +374,7 @@ impl VulkanMaker for Headless {
     }
 }
 
-fn properties(
+pub(super) fn properties(
     instance: &ash::Instance,
     device: vk::PhysicalDevice,
 ) -> vk::PhysicalDeviceProperties {
