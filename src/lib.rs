@@ -4,6 +4,7 @@ pub mod cli;
 pub mod fovea;
 pub mod gaze;
 pub mod gpu;
+pub mod params;
 pub mod scene;
 pub mod view;
 pub mod xr;
