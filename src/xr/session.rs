@@ -94,7 +94,6 @@ pub struct XrApp {
     headset: Headset,
 
     blend_mode: openxr::EnvironmentBlendMode,
-    events: Box<openxr::EventDataBuffer>,
     state: SessionState,
     running: bool,
     ended: Option<EndReason>,
@@ -134,7 +133,6 @@ impl XrApp {
             session,
             gpu,
             headset,
-            events: Box::default(),
             state: SessionState::IDLE,
             running: false,
             ended: None,
@@ -174,17 +172,13 @@ impl XrApp {
     /// [`XrError::Call`].
     pub fn request_exit(&mut self) -> Result<(), XrError> {
         match self.session.request_exit() {
+            Ok(()) => Ok(()),
             // Not yet begun or already over: nothing to wait for.
             Err(sys::Result::ERROR_SESSION_NOT_RUNNING) => {
                 self.ended.get_or_insert(EndReason::Exit);
                 Ok(())
             }
-            result => result.or_else(|result| {
-                self.unless_lost(XrError::Call {
-                    call: "xrRequestExitSession",
-                    result,
-                })
-            }),
+            Err(result) => self.unless_lost(failed("xrRequestExitSession")(result)),
         }
     }
 
@@ -220,9 +214,7 @@ impl XrApp {
     }
 
     fn try_next_frame(&mut self) -> Result<Step, XrError> {
-        if self.begun.is_some() {
-            self.end_frame(None)?;
-        }
+        self.end_frame(None)?;
         let heard = self.follow_events()?;
         if let Some(reason) = self.ended {
             return Ok(Step::Ended(reason));
@@ -264,7 +256,7 @@ impl XrApp {
         })))
     }
 
-    /// Ends the begun frame: with the views' images as its one layer, or empty.
+    /// Ends the begun frame, if any: with the views' images as its one layer, or empty.
     fn end_frame(&mut self, rendered: Option<&[EyeView; 2]>) -> Result<(), XrError> {
         let Some((_, time)) = self.begun.take() else {
             return Ok(());
@@ -304,11 +296,11 @@ impl XrApp {
 
     /// Takes in all waiting events; whether there were any.
     fn follow_events(&mut self) -> Result<bool, XrError> {
+        let mut buffer = openxr::EventDataBuffer::new();
+        let instance = self.headset.instance.clone();
         let mut heard = false;
-        while let Some(event) = self
-            .headset
-            .instance
-            .poll_event(&mut self.events)
+        while let Some(event) = instance
+            .poll_event(&mut buffer)
             .map_err(failed("xrPollEvent"))?
         {
             heard = true;
@@ -316,24 +308,7 @@ impl XrApp {
                 openxr::Event::SessionStateChanged(change)
                     if change.session() == self.session.as_raw() =>
                 {
-                    let state = change.state();
-                    tracing::debug!("the session is {state:?}");
-                    self.state = state;
-                    match state {
-                        SessionState::READY => {
-                            self.session
-                                .begin(STEREO)
-                                .map_err(failed("xrBeginSession"))?;
-                            self.running = true;
-                        }
-                        SessionState::STOPPING => {
-                            self.running = false;
-                            self.session.end().map_err(failed("xrEndSession"))?;
-                        }
-                        SessionState::EXITING => self.ended = Some(EndReason::Exit),
-                        SessionState::LOSS_PENDING => self.ended = Some(EndReason::SessionLost),
-                        _ => {}
-                    }
+                    self.enter(change.state())?;
                 }
                 openxr::Event::InstanceLossPending(loss) => {
                     let until_ns = Some(loss.loss_time().as_nanos());
@@ -349,6 +324,28 @@ impl XrApp {
             }
         }
         Ok(heard)
+    }
+
+    /// Does what the session's new state asks for.
+    fn enter(&mut self, state: SessionState) -> Result<(), XrError> {
+        tracing::debug!("the session is {state:?}");
+        self.state = state;
+        match state {
+            SessionState::READY => {
+                self.session
+                    .begin(STEREO)
+                    .map_err(failed("xrBeginSession"))?;
+                self.running = true;
+            }
+            SessionState::STOPPING => {
+                self.running = false;
+                self.session.end().map_err(failed("xrEndSession"))?;
+            }
+            SessionState::EXITING => self.ended = Some(EndReason::Exit),
+            SessionState::LOSS_PENDING => self.ended = Some(EndReason::SessionLost),
+            _ => {}
+        }
+        Ok(())
     }
 
     /// Turns the error of a lost session or instance into the session's end; hands back any other.
