@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use bytemuck::Pod;
+
 use super::device::{GpuDevice, GpuError};
 use super::shader::{self, BindingKind, Reflection, ShaderError, Stage};
-use super::timing::Timestamps;
+use super::timing::{PassTime, Timestamps};
 
 /// A compute pipeline with the names of what it binds.
 #[derive(Debug)]
@@ -197,24 +199,33 @@ pub struct BoundKernel {
 /// Most workgroups in one dimension of a dispatch (WebGPU's default limit, the smallest that Vulkan guarantees).
 pub const WORKGROUPS_PER_DIMENSION: u32 = 65_535;
 
-/// Records dispatches, each group of them under a name that shows in the timings.
-pub struct PassRecorder<'a> {
-    encoder: &'a mut wgpu::CommandEncoder,
+/// Records work for the device, each group of dispatches under a name that shows in the timings, and submits it in portions: a
+/// submission that takes seconds would freeze a desktop, or be taken for a hang.
+pub struct Recorder<'a> {
+    gpu: &'a GpuDevice,
+    encoder: wgpu::CommandEncoder,
     timestamps: &'a mut Timestamps,
 }
 
-impl<'a> PassRecorder<'a> {
-    /// Records into `encoder` and times into `timestamps`.
-    pub fn new(encoder: &'a mut wgpu::CommandEncoder, timestamps: &'a mut Timestamps) -> Self {
+impl<'a> Recorder<'a> {
+    /// Starts recording; passes are timed into `timestamps`.
+    pub fn new(gpu: &'a GpuDevice, timestamps: &'a mut Timestamps) -> Self {
+        let encoder = gpu.device.create_command_encoder(&Default::default());
         Self {
+            gpu,
             encoder,
             timestamps,
         }
     }
 
+    /// The device recorded for.
+    pub fn gpu(&self) -> &'a GpuDevice {
+        self.gpu
+    }
+
     /// The encoder, for copies and clears between passes.
     pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
-        self.encoder
+        &mut self.encoder
     }
 
     /// One timed pass of several dispatches, each with its count of threads. Dispatches see the writes of those before them.
@@ -235,10 +246,81 @@ impl<'a> PassRecorder<'a> {
             for (index, group) in kernel.groups.iter().enumerate() {
                 pass.set_bind_group(index as u32, group, &[]);
             }
-            // Shaders number their threads row by row: workgroup id.y · WORKGROUPS_PER_DIMENSION + id.x.
+            // Shaders number their workgroups row by row (shaders/threads.wgsl).
             let rows = groups.div_ceil(WORKGROUPS_PER_DIMENSION);
             pass.dispatch_workgroups(groups.min(WORKGROUPS_PER_DIMENSION), rows, 1);
         }
+    }
+
+    /// Submits what was recorded so far and goes on.
+    pub fn submit(&mut self) {
+        let next = self.gpu.device.create_command_encoder(&Default::default());
+        self.gpu
+            .queue
+            .submit([std::mem::replace(&mut self.encoder, next).finish()]);
+    }
+
+    /// Submits the rest, waits for all of it and reads the times of the passes.
+    ///
+    /// # Errors
+    /// [`GpuError::Failed`] when the device is lost.
+    pub fn finish(mut self) -> Result<Vec<PassTime>, GpuError> {
+        self.timestamps.resolve(&mut self.encoder);
+        self.gpu.queue.submit([self.encoder.finish()]);
+        self.gpu.wait("rendering")?;
+        self.timestamps.read(self.gpu)
+    }
+}
+
+/// Values that one uniform buffer takes on, one after the other, within a submission.
+#[derive(Debug)]
+pub struct UniformSequence {
+    uniform: wgpu::Buffer,
+    values: wgpu::Buffer,
+    stride: u64,
+}
+
+impl UniformSequence {
+    /// Room for `count` values of `T`.
+    pub fn new<T: Pod>(gpu: &GpuDevice, name: &str, count: u32) -> Self {
+        let stride = (size_of::<T>() as u64).next_multiple_of(16);
+        let values = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(name),
+            size: stride * u64::from(count.max(1)),
+            usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self {
+            uniform: super::resources::uniform::<T>(gpu, name),
+            values,
+            stride,
+        }
+    }
+
+    /// The uniform buffer to bind.
+    pub fn buffer(&self) -> &wgpu::Buffer {
+        &self.uniform
+    }
+
+    /// Writes all values; they hold from the next submission on.
+    pub fn write<T: Pod>(&self, gpu: &GpuDevice, values: &[T]) {
+        let mut bytes = vec![0u8; self.stride as usize * values.len()];
+        for (slot, value) in bytes.chunks_exact_mut(self.stride as usize).zip(values) {
+            slot[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(value));
+        }
+        gpu.queue.write_buffer(&self.values, 0, &bytes);
+    }
+
+    /// Lets the uniform hold value `index` for the passes recorded from here on.
+    pub fn select(&self, recorder: &mut Recorder<'_>, index: u32) {
+        let offset = self.stride * u64::from(index);
+        recorder.encoder().copy_buffer_to_buffer(
+            &self.values,
+            offset,
+            &self.uniform,
+            0,
+            self.stride,
+        );
     }
 }
 

@@ -91,6 +91,28 @@ impl SplitArray {
         Ok(Self { name, chunks })
     }
 
+    /// An array that holds `data`.
+    ///
+    /// # Errors
+    /// [`GpuError::BufferTooLarge`] when even one chunk is too large for the device.
+    pub fn with<T: Pod>(gpu: &GpuDevice, name: &'static str, data: &[T]) -> Result<Self, GpuError> {
+        let array = Self::new::<T>(gpu, name, data.len() as u64)?;
+        for (chunk, part) in array.chunks.iter().zip(data.chunks(1 << CHUNK_SHIFT)) {
+            gpu.queue.write_buffer(chunk, 0, bytemuck::cast_slice(part));
+        }
+        Ok(array)
+    }
+
+    /// Its name in WGSL.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// How many chunks this array has.
+    pub fn chunks(&self) -> u32 {
+        self.chunks.len() as u32
+    }
+
     /// Into how many chunks an array of `count` elements is cut.
     pub fn chunk_count(count: u64) -> u32 {
         count.div_ceil(1 << CHUNK_SHIFT).max(1) as u32
