@@ -288,8 +288,13 @@ pub(super) fn create_instance(
     // SAFETY: `raw_instance` was just made through this entry.
     let instance = unsafe { ash::Instance::load(entry.static_fn(), raw_instance) };
     let instance_to_destroy = instance.clone();
-    // SAFETY: wgpu calls this once, after its last use of the instance; nobody else destroys it.
-    let destroy_instance = Box::new(move || unsafe { instance_to_destroy.destroy_instance(None) });
+    // wgpu drops its own reference to the Vulkan loader before it calls this: the loader must not be gone by then.
+    let loader = entry.clone();
+    let destroy_instance = Box::new(move || {
+        // SAFETY: wgpu calls this once, after its last use of the instance; nobody else destroys it.
+        unsafe { instance_to_destroy.destroy_instance(None) };
+        drop(loader);
+    });
     // SAFETY: the instance was made with exactly these extensions and this API version; the callback owns it.
     let hal_instance = unsafe {
         <Vulkan as wgpu::hal::Api>::Instance::from_raw(
