@@ -108,23 +108,24 @@
 
   // ---- Playing ----
 
-  let playing = null; // { wall_ms, time_s } when it started.
-  const now_s = () => frames[current].time_s;
+  let playing = null; // { wall_ms, time_s } when it started, and the timer that waits for the next frame.
+  const speed = () => Number(byId("speed").value);
   function play(start) {
-    playing = start ? { wall_ms: performance.now(), time_s: now_s() } : null;
+    clearTimeout(playing?.timer);
+    playing = start ? { wall_ms: performance.now(), time_s: frames[current].time_s } : null;
     byId("viewer").classList.toggle("playing", start);
     byId("play").setAttribute("aria-label", start ? "Pause" : "Play");
-    if (start) requestAnimationFrame(tick);
+    if (start) tick();
     else show(current);
   }
+  /** Shows the frame whose time has come, skipping those that the browser was too slow for, and waits for the next. */
   function tick() {
-    if (!playing) return;
-    const time_s = playing.time_s + ((performance.now() - playing.wall_ms) / 1000) * Number(byId("speed").value);
+    const time_s = playing.time_s + ((performance.now() - playing.wall_ms) / 1000) * speed();
     let next = current;
     while (next + 1 < frames.length && frames[next + 1].time_s <= time_s) next += 1;
     if (next !== current) show(next);
-    if (current === frames.length - 1) play(false);
-    else requestAnimationFrame(tick);
+    if (current === frames.length - 1) return play(false);
+    playing.timer = setTimeout(tick, ((frames[current + 1].time_s - time_s) * 1000) / speed());
   }
   const toggle = () => {
     if (!playing && current === frames.length - 1) show(0);
