@@ -1,8 +1,14 @@
 //! The command line: the only place that prints, reads the environment or ends the process. One file a subcommand.
 
+pub mod commands;
+pub mod common;
 pub mod compare;
+pub mod help;
 pub mod output;
 pub mod progress;
+pub mod render;
+
+pub use commands::main;
 
 use std::error::Error;
 use std::fmt;

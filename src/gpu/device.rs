@@ -56,6 +56,17 @@ pub enum GpuError {
         /// What the driver said.
         reason: String,
     },
+    /// A kernel's resource was not given: a fault of macula's own.
+    #[error("stage `{stage}` lacks the buffer `{resource}`")]
+    Unbound {
+        /// Name of the stage.
+        stage: String,
+        /// Name of the resource in WGSL.
+        resource: String,
+    },
+    /// A shader of macula's own does not compile.
+    #[error(transparent)]
+    Shader(#[from] super::shader::ShaderError),
     /// A buffer is larger than the device can hold or bind.
     #[error(
         "the buffer `{buffer}` needs {bytes} bytes, but the device allows {limit}; use fewer photons, a smaller image or a smaller scene"
