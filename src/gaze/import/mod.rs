@@ -5,7 +5,7 @@ mod sranipal;
 
 use std::fmt;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek};
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 use std::str::FromStr;
 
