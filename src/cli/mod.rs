@@ -7,6 +7,7 @@ pub mod help;
 pub mod output;
 pub mod progress;
 pub mod render;
+pub mod run_record;
 
 pub use commands::main;
 
