@@ -14,3 +14,4 @@ pub mod scene;
 pub mod still;
 pub mod technique;
 pub mod view;
+pub mod xr;

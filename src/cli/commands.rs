@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use super::{CliResult, Globals, compare, help, render};
+use super::{CliResult, Globals, compare, doctor, help, render};
 
 /// Real-time global illumination that follows the eye: replay recorded head and gaze sessions through OpenXR, lit by photon mapping.
 #[derive(Debug, Parser)]
@@ -26,6 +26,7 @@ struct Cli {
 enum Command {
     Render(render::Args),
     Compare(compare::Args),
+    Doctor(doctor::Args),
     Help(help::Args),
 }
 
@@ -34,6 +35,7 @@ impl Command {
         match self {
             Self::Render(args) => render::run(args, globals),
             Self::Compare(args) => compare::run(args, globals),
+            Self::Doctor(args) => doctor::run(args, globals),
             Self::Help(args) => help::run(args),
         }
     }

@@ -3,6 +3,7 @@
 pub mod commands;
 pub mod common;
 pub mod compare;
+pub mod doctor;
 pub mod help;
 pub mod output;
 pub mod progress;
