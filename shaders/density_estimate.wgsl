@@ -27,6 +27,9 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
   let x_last = min(cell.x + 1, dimensions.x - 1);
   if (x_first > x_last) { return vec3f(0.0); }
   let radius2 = radius_m * radius_m;
+  let inverse_radius2 = 1.0 / radius2;
+  // Bare Lambert reflects all photons alike: its BSDF comes out of the sum.
+  let depends_on_incidence = HAS_SPECULAR && reflects(receiver.bsdf);
   let plane_reach_m = photon_map.flatness * radius_m;
   var sum = vec3f(0.0);
   for (var dz = -1; dz <= 1; dz++) {
@@ -42,10 +45,9 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
         let distance2 = dot(offset, offset);
         if (distance2 >= radius2 || abs(dot(offset, receiver.geometric_normal)) > plane_reach_m) { continue; }
         let flux = load_map_flux(i);
-        let photon_normal = unpack_direction(bitcast<u32>(flux.w));
-        if (dot(photon_normal, receiver.geometric_normal) < photon_map.normal_cos_min) { continue; }
-        let kernel = 1.0 - distance2 / radius2;
-        if (HAS_SPECULAR) {
+        if (dot(unpack_normal(bitcast<u32>(flux.w)), receiver.geometric_normal) < photon_map.normal_cos_min) { continue; }
+        let kernel = 1.0 - distance2 * inverse_radius2;
+        if (depends_on_incidence) {
           let wi = unpack_direction(bitcast<u32>(photon.w));
           sum += flux.xyz * gathered_bsdf(receiver.bsdf, receiver.normal, receiver.wo, wi) * kernel;
         } else {
@@ -54,7 +56,7 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
       }
     }
   }
-  if (!HAS_SPECULAR) { sum *= receiver.bsdf.diffuse / PI; }
+  if (!depends_on_incidence) { sum *= receiver.bsdf.diffuse / PI; }
   return sum * (2.0 / (PI * radius2));
 }
 

@@ -20,6 +20,11 @@ fn unpack_direction(packed: u32) -> vec3f {
   return normalize(d);
 }
 
+/// Coarse packing for tests of normals only: within half a degree, and cheap to unpack.
+fn pack_normal(n: vec3f) -> u32 { return pack4x8snorm(vec4f(n, 0.0)); }
+
+fn unpack_normal(packed: u32) -> vec3f { return unpack4x8snorm(packed).xyz; }
+
 /// Columns: tangent, bitangent, normal.
 fn frame_around(n: vec3f) -> mat3x3f {
   let s = select(-1.0, 1.0, n.z >= 0.0);

@@ -35,7 +35,7 @@ fn bounce(index: u32) -> u32 {
   let has_diffused = (path.state & PATH_DIFFUSED) != 0u;
   var flags = 0u;
   if (is_gathered(bsdf) && (STORE_DIRECT || tracing.bounce > 0u)) {
-    staged[index] = Photon(surface.position, pack_direction(wo), path.flux_w, pack_direction(surface.geometric_normal));
+    staged[index] = Photon(surface.position, pack_direction(wo), path.flux_w, pack_normal(surface.geometric_normal));
     flags = LEAVES_PHOTON | select(0u, IS_CAUSTIC, tracing.bounce > 0u && !has_diffused);
   }
   if (tracing.bounce + 1u >= tracing.depth_max) { return flags; }

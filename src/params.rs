@@ -230,9 +230,9 @@ knobs! {
         /// Samples a pixel in the periphery.
         periphery_samples: u32 = 1, 1, 64, "samples", "the eye resolves a tenth of the fovea's detail there";
         /// Gather radius in the middle of the transition, in foveal radii.
-        transition_radius_scale: f32 = 1.2, 1.0, 8.0, "1", "less noise where detail can't be seen";
+        transition_radius_scale: f32 = 1.0, 1.0, 8.0, "1", "plain photon mapping gathers alike everywhere; more costs time, as cells grow with it";
         /// Gather radius in the periphery, in foveal radii.
-        periphery_radius_scale: f32 = 1.5, 1.0, 8.0, "1", "less noise where detail can't be seen";
+        periphery_radius_scale: f32 = 1.0, 1.0, 8.0, "1", "as in the transition";
     }
     /// What stands in for a gaze that is lost or meets nothing.
     gaze: Gaze {

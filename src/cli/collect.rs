@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
-use super::output::RunRecord;
+use super::run_record::RunRecord;
 use crate::fovea::region;
 use crate::frame::{FrameInput, FrameOutcome, FrameRenderer};
 use crate::gpu::GpuDevice;

@@ -10,8 +10,9 @@ use std::time::Instant;
 
 use super::collect::{CaptureFormat, Collector, FrameError, Heading};
 use super::common::{self, ImageSize};
-use super::output::{OutputDir, RunRecord, interrupt_flag};
+use super::output::{OutputDir, interrupt_flag};
 use super::progress::Progress;
+use super::run_record::RunRecord;
 use super::{CliError, CliResult, Globals};
 use crate::frame::FrameRenderer;
 use crate::gaze::Session;

@@ -27,15 +27,19 @@ pub struct PassTime {
     pub ms: f64,
 }
 
+fn query_set(gpu: &GpuDevice) -> wgpu::QuerySet {
+    gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+        label: Some("timestamps"),
+        ty: wgpu::QueryType::Timestamp,
+        count: CAPACITY * 2,
+    })
+}
+
 impl Timestamps {
     /// Room for timestamps; does nothing on a device that has none.
     pub fn new(gpu: &GpuDevice) -> Self {
         let queries = gpu.timestamp_period_ns.map(|period_ns| Queries {
-            set: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("timestamps"),
-                ty: wgpu::QueryType::Timestamp,
-                count: CAPACITY * 2,
-            }),
+            set: query_set(gpu),
             resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("timestamps"),
                 size: u64::from(CAPACITY) * 16,
@@ -87,13 +91,15 @@ impl Timestamps {
     /// [`GpuError::Failed`] when the device is lost.
     pub fn read(&mut self, gpu: &GpuDevice) -> Result<Vec<PassTime>, GpuError> {
         let names = std::mem::take(&mut self.names);
-        let Some(queries) = &self.queries else {
+        let Some(queries) = &mut self.queries else {
             return Ok(Vec::new());
         };
         if names.is_empty() {
             return Ok(Vec::new());
         }
         let ticks: Vec<u64> = read_back(gpu, &queries.resolved, names.len() as u64 * 2)?;
+        // Mesa 22.3's software driver keeps the old value of a query that is written again.
+        queries.set = query_set(gpu);
         let mut times: Vec<PassTime> = Vec::new();
         for (index, name) in names.into_iter().enumerate() {
             let elapsed = ticks[index * 2 + 1].saturating_sub(ticks[index * 2]);
