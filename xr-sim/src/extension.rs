@@ -9,6 +9,7 @@ pub(crate) enum Extension {
     VulkanEnable,
     VulkanEnable2,
     VulkanSwapchainFormatList,
+    SwapchainUsageInputAttachment,
     CompositionLayerDepth,
     EyeGazeInteraction,
     Headless,
@@ -20,6 +21,7 @@ impl Extension {
         Self::VulkanEnable,
         Self::VulkanEnable2,
         Self::VulkanSwapchainFormatList,
+        Self::SwapchainUsageInputAttachment,
         Self::CompositionLayerDepth,
         Self::EyeGazeInteraction,
         Self::Headless,
@@ -39,6 +41,10 @@ impl Extension {
             Self::VulkanSwapchainFormatList => (
                 sys::KHR_VULKAN_SWAPCHAIN_FORMAT_LIST_EXTENSION_NAME,
                 sys::KHR_vulkan_swapchain_format_list_SPEC_VERSION,
+            ),
+            Self::SwapchainUsageInputAttachment => (
+                sys::KHR_SWAPCHAIN_USAGE_INPUT_ATTACHMENT_BIT_EXTENSION_NAME,
+                sys::KHR_swapchain_usage_input_attachment_bit_SPEC_VERSION,
             ),
             Self::CompositionLayerDepth => (
                 sys::KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,

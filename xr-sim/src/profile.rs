@@ -82,6 +82,24 @@ impl Component {
 }
 
 impl Profile {
+    /// A pair of controllers that the headset comes with, alike in both hands.
+    const fn controllers(
+        path: &'static str,
+        title: &'static str,
+        components: &'static [&'static str],
+    ) -> Self {
+        Self {
+            path,
+            title,
+            users: HANDS,
+            components,
+            left: &[],
+            right: &[],
+            needs: None,
+            is_simulated: true,
+        }
+    }
+
     pub fn named(path: &str) -> Option<&'static Self> {
         PROFILES.iter().find(|profile| profile.path == path)
     }
@@ -154,11 +172,10 @@ impl Profile {
 
 /// In the order in which one is chosen where bindings were suggested for several.
 pub(crate) static PROFILES: &[Profile] = &[
-    Profile {
-        path: "/interaction_profiles/valve/index_controller",
-        title: "Valve Index Controller",
-        users: HANDS,
-        components: &[
+    Profile::controllers(
+        "/interaction_profiles/valve/index_controller",
+        "Valve Index Controller",
+        &[
             "/input/system/click",
             "/input/system/touch",
             "/input/a/click",
@@ -184,29 +201,8 @@ pub(crate) static PROFILES: &[Profile] = &[
             "/input/aim/pose",
             "/output/haptic",
         ],
-        left: &[],
-        right: &[],
-        needs: None,
-        is_simulated: true,
-    },
+    ),
     Profile {
-        path: "/interaction_profiles/oculus/touch_controller",
-        title: "Oculus Touch Controller",
-        users: HANDS,
-        components: &[
-            "/input/squeeze/value",
-            "/input/trigger/value",
-            "/input/trigger/touch",
-            "/input/thumbstick",
-            "/input/thumbstick/x",
-            "/input/thumbstick/y",
-            "/input/thumbstick/click",
-            "/input/thumbstick/touch",
-            "/input/thumbrest/touch",
-            "/input/grip/pose",
-            "/input/aim/pose",
-            "/output/haptic",
-        ],
         left: &[
             "/input/x/click",
             "/input/x/touch",
@@ -221,14 +217,29 @@ pub(crate) static PROFILES: &[Profile] = &[
             "/input/b/touch",
             "/input/system/click",
         ],
-        needs: None,
-        is_simulated: true,
+        ..Profile::controllers(
+            "/interaction_profiles/oculus/touch_controller",
+            "Oculus Touch Controller",
+            &[
+                "/input/squeeze/value",
+                "/input/trigger/value",
+                "/input/trigger/touch",
+                "/input/thumbstick",
+                "/input/thumbstick/x",
+                "/input/thumbstick/y",
+                "/input/thumbstick/click",
+                "/input/thumbstick/touch",
+                "/input/thumbrest/touch",
+                "/input/grip/pose",
+                "/input/aim/pose",
+                "/output/haptic",
+            ],
+        )
     },
-    Profile {
-        path: "/interaction_profiles/htc/vive_controller",
-        title: "HTC Vive Controller",
-        users: HANDS,
-        components: &[
+    Profile::controllers(
+        "/interaction_profiles/htc/vive_controller",
+        "HTC Vive Controller",
+        &[
             "/input/system/click",
             "/input/squeeze/click",
             "/input/menu/click",
@@ -243,16 +254,11 @@ pub(crate) static PROFILES: &[Profile] = &[
             "/input/aim/pose",
             "/output/haptic",
         ],
-        left: &[],
-        right: &[],
-        needs: None,
-        is_simulated: true,
-    },
-    Profile {
-        path: "/interaction_profiles/microsoft/motion_controller",
-        title: "Microsoft Mixed Reality Motion Controller",
-        users: HANDS,
-        components: &[
+    ),
+    Profile::controllers(
+        "/interaction_profiles/microsoft/motion_controller",
+        "Microsoft Mixed Reality Motion Controller",
+        &[
             "/input/menu/click",
             "/input/squeeze/click",
             "/input/trigger/value",
@@ -269,35 +275,202 @@ pub(crate) static PROFILES: &[Profile] = &[
             "/input/aim/pose",
             "/output/haptic",
         ],
-        left: &[],
-        right: &[],
-        needs: None,
-        is_simulated: true,
-    },
-    Profile {
-        path: "/interaction_profiles/khr/simple_controller",
-        title: "Khronos Simple Controller",
-        users: HANDS,
-        components: &[
+    ),
+    Profile::controllers(
+        "/interaction_profiles/khr/simple_controller",
+        "Khronos Simple Controller",
+        &[
             "/input/select/click",
             "/input/menu/click",
             "/input/grip/pose",
             "/input/aim/pose",
             "/output/haptic",
         ],
-        left: &[],
-        right: &[],
-        needs: None,
-        is_simulated: true,
+    ),
+    Profile {
+        users: &[EYES],
+        needs: Some(Extension::EyeGazeInteraction),
+        ..Profile::controllers(
+            "/interaction_profiles/ext/eye_gaze_interaction",
+            "Eye Tracker",
+            &["/input/gaze_ext/pose"],
+        )
     },
     Profile {
-        path: "/interaction_profiles/ext/eye_gaze_interaction",
-        title: "Eye Tracker",
-        users: &[EYES],
-        components: &["/input/gaze_ext/pose"],
-        left: &[],
-        right: &[],
-        needs: Some(Extension::EyeGazeInteraction),
-        is_simulated: true,
+        is_simulated: false,
+        ..Profile::controllers(
+            "/interaction_profiles/google/daydream_controller",
+            "Google Daydream Controller",
+            &[
+                "/input/select/click",
+                "/input/trackpad",
+                "/input/trackpad/x",
+                "/input/trackpad/y",
+                "/input/trackpad/click",
+                "/input/trackpad/touch",
+                "/input/grip/pose",
+                "/input/aim/pose",
+            ],
+        )
+    },
+    Profile {
+        is_simulated: false,
+        ..Profile::controllers(
+            "/interaction_profiles/oculus/go_controller",
+            "Oculus Go Controller",
+            &[
+                "/input/system/click",
+                "/input/trigger/click",
+                "/input/back/click",
+                "/input/trackpad",
+                "/input/trackpad/x",
+                "/input/trackpad/y",
+                "/input/trackpad/click",
+                "/input/trackpad/touch",
+                "/input/grip/pose",
+                "/input/aim/pose",
+            ],
+        )
+    },
+    Profile {
+        users: &["/user/head"],
+        is_simulated: false,
+        ..Profile::controllers(
+            "/interaction_profiles/htc/vive_pro",
+            "HTC Vive Pro",
+            &[
+                "/input/system/click",
+                "/input/volume_up/click",
+                "/input/volume_down/click",
+                "/input/mute_mic/click",
+            ],
+        )
+    },
+    Profile {
+        users: &["/user/gamepad"],
+        is_simulated: false,
+        ..Profile::controllers(
+            "/interaction_profiles/microsoft/xbox_controller",
+            "Microsoft Xbox Controller",
+            &[
+                "/input/menu/click",
+                "/input/view/click",
+                "/input/a/click",
+                "/input/b/click",
+                "/input/x/click",
+                "/input/y/click",
+                "/input/dpad_down/click",
+                "/input/dpad_right/click",
+                "/input/dpad_up/click",
+                "/input/dpad_left/click",
+                "/input/shoulder_left/click",
+                "/input/shoulder_right/click",
+                "/input/thumbstick_left/click",
+                "/input/thumbstick_right/click",
+                "/input/trigger_left/value",
+                "/input/trigger_right/value",
+                "/input/thumbstick_left",
+                "/input/thumbstick_left/x",
+                "/input/thumbstick_left/y",
+                "/input/thumbstick_right",
+                "/input/thumbstick_right/x",
+                "/input/thumbstick_right/y",
+                "/output/haptic_left",
+                "/output/haptic_right",
+                "/output/haptic_left_trigger",
+                "/output/haptic_right_trigger",
+            ],
+        )
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn resolved(profile: &str, binding: &str, action: ActionType) -> Option<&'static str> {
+        let profile = Profile::named(&format!("/interaction_profiles/{profile}"))?;
+        profile
+            .resolve(binding, action)
+            .map(|component| component.subpath)
+    }
+
+    #[test]
+    fn a_binding_finds_the_component_that_serves_its_action() {
+        let index = "valve/index_controller";
+        let trigger = "/user/hand/left/input/trigger";
+        let stick = "/user/hand/right/input/thumbstick";
+        use ActionType as Type;
+        for (profile, binding, action, expected) in [
+            (
+                index,
+                trigger,
+                Type::BOOLEAN_INPUT,
+                Some("/input/trigger/click"),
+            ),
+            (
+                index,
+                trigger,
+                Type::FLOAT_INPUT,
+                Some("/input/trigger/value"),
+            ),
+            (index, trigger, Type::POSE_INPUT, None),
+            (
+                index,
+                stick,
+                Type::VECTOR2F_INPUT,
+                Some("/input/thumbstick"),
+            ),
+            (
+                index,
+                "/user/hand/left/input/squeeze",
+                Type::BOOLEAN_INPUT,
+                Some("/input/squeeze/value"),
+            ),
+            (
+                index,
+                "/user/hand/left/input/grip",
+                Type::POSE_INPUT,
+                Some("/input/grip/pose"),
+            ),
+            (
+                index,
+                "/user/hand/left/output/haptic",
+                Type::VIBRATION_OUTPUT,
+                Some("/output/haptic"),
+            ),
+            (
+                "khr/simple_controller",
+                "/user/hand/left/input/select",
+                Type::FLOAT_INPUT,
+                Some("/input/select/click"),
+            ),
+            (
+                "ext/eye_gaze_interaction",
+                "/user/eyes_ext/input/gaze_ext/pose",
+                Type::POSE_INPUT,
+                Some("/input/gaze_ext/pose"),
+            ),
+        ] {
+            assert_eq!(
+                resolved(profile, binding, action),
+                expected,
+                "{binding} {action:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_button_of_one_hand_is_not_on_the_other() {
+        let touch = Profile::named("/interaction_profiles/oculus/touch_controller").expect("known");
+        assert_eq!(touch.matches("/user/hand/left/input/x/click").len(), 1);
+        for stranger in [
+            "/user/hand/right/input/x/click",
+            "/user/hand/left/input/trig",
+            "/user/hand/leftish/input/trigger",
+            "/user/head/input/trigger",
+        ] {
+            assert!(touch.matches(stranger).is_empty(), "{stranger}");
+        }
+    }
+}

@@ -32,7 +32,9 @@ functions! {
         let is_in_script = of_session.pacing.is_in_script(frame.index);
         state.predicted_display_time = sys::Time::from_nanos(frame.display_time_ns);
         state.predicted_display_period = sys::Duration::from_nanos(frame.period_ns);
-        state.should_render = (of_session.lifecycle.is_visible() && is_in_script).into();
+        let has_display = of_session.graphics.is_some();
+        let is_shown = has_display && of_session.lifecycle.is_visible() && is_in_script;
+        state.should_render = is_shown.into();
         let sleep_ns = match instance.clock.kind() {
             ClockKind::Virtual => 0,
             ClockKind::RealTime => frame.wake_time_ns() - instance.clock.now_ns(),

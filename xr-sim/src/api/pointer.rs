@@ -277,11 +277,7 @@ impl<T> Out<T> {
 }
 
 /// An array that a verified structure names.
-pub(crate) fn array<'a, T>(
-    _owner: &'a impl Structure,
-    start: *const T,
-    count: u32,
-) -> XrResult<&'a [T]> {
+pub(crate) fn array<T>(_owner: &impl Structure, start: *const T, count: u32) -> XrResult<&[T]> {
     if count == 0 {
         return Ok(&[]);
     }
@@ -319,24 +315,25 @@ pub(crate) fn layers(info: &sys::FrameEndInfo) -> XrResult<Vec<AnyLayer<'_>>> {
     let layers = addresses.iter().map(|&address| {
         // SAFETY: null, or a layer's structure, which the application lends with the frame's
         let header = unsafe { address.as_ref() }.ok_or(sys::Result::ERROR_LAYER_INVALID)?;
-        Ok(match header.ty {
+        let ty = header.ty;
+        Ok(if ty == sys::CompositionLayerProjection::TYPE {
             // SAFETY: the structure is of the type that it says
-            sys::CompositionLayerProjection::TYPE => {
-                AnyLayer::Projection(unsafe { &*address.cast() })
-            }
+            AnyLayer::Projection(unsafe { &*address.cast() })
+        } else if ty == sys::CompositionLayerQuad::TYPE {
             // SAFETY: the structure is of the type that it says
-            sys::CompositionLayerQuad::TYPE => AnyLayer::Quad(unsafe { &*address.cast() }),
-            _ => AnyLayer::Other,
+            AnyLayer::Quad(unsafe { &*address.cast() })
+        } else {
+            AnyLayer::Other
         })
     });
     layers.collect()
 }
 
 /// The structure of type `T` in the chain that begins at `next`, if any.
-pub(crate) fn chained<'a, T: Structure>(
-    _owner: &'a impl Structure,
+pub(crate) fn chained<T: Structure>(
+    _owner: &impl Structure,
     next: *const c_void,
-) -> XrResult<Option<&'a T>> {
+) -> XrResult<Option<&T>> {
     // SAFETY: found in the chain of a structure that the application lends for the call
     Ok(find_in_chain(next, T::TYPE)?.map(|found| unsafe { &*found.cast::<T>() }))
 }

@@ -7,17 +7,22 @@ use super::functions;
 use super::pointer::{Out, array, chained};
 use crate::XrResult;
 use crate::config::MAX_SWAPCHAIN_SIZE;
+use crate::extension::{Extension, ExtensionSet};
 use crate::runtime::runtime;
 use crate::swapchain::{ImageQueue, Swapchain};
 use crate::two_call::{two_call, two_call_values};
 use crate::vulkan::SwapchainImages;
 
-/// The usage and creation flags that the core of the specification knows.
-const USAGE_BITS: u64 = 0xff;
+/// The usage flags of the core of the specification, and its creation flags.
+const CORE_USAGE: u64 = 0x7f;
 const CREATE_BITS: u64 = 0b11;
 
 /// `VALIDATION_FAILURE` for what can't be an image of any headset.
-fn verify(info: &sys::SwapchainCreateInfo) -> XrResult<()> {
+fn verify(info: &sys::SwapchainCreateInfo, extensions: ExtensionSet) -> XrResult<()> {
+    let mut usage = sys::SwapchainUsageFlags::from_raw(CORE_USAGE);
+    if extensions.contains(Extension::SwapchainUsageInputAttachment) {
+        usage |= sys::SwapchainUsageFlags::INPUT_ATTACHMENT;
+    }
     let size = 1..=MAX_SWAPCHAIN_SIZE;
     let longest = info.width.max(info.height).max(1);
     let is_sound = size.contains(&info.width)
@@ -26,7 +31,7 @@ fn verify(info: &sys::SwapchainCreateInfo) -> XrResult<()> {
         && info.array_size >= 1
         && matches!(info.face_count, 1 | 6)
         && info.sample_count.is_power_of_two()
-        && info.usage_flags.into_raw() & !USAGE_BITS == 0
+        && usage.contains(info.usage_flags)
         && info.create_flags.into_raw() & !CREATE_BITS == 0;
     if !is_sound {
         return Err(sys::Result::ERROR_VALIDATION_FAILURE);
@@ -60,12 +65,12 @@ functions! {
         swapchain: *mut sys::Swapchain,
     ) {
         let mut runtime = runtime();
-        let (of_session, _) = runtime.peek(session)?;
+        let (of_session, instance) = runtime.peek(session)?;
         let info = create_info.verified()?;
         if swapchain.is_null() {
             return Err(sys::Result::ERROR_VALIDATION_FAILURE);
         }
-        verify(info)?;
+        verify(info, instance.extensions)?;
         let unsupported = sys::Result::ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED;
         let graphics = of_session.graphics.clone().ok_or(unsupported)?;
         if !graphics.formats().iter().any(|format| i64::from(format.as_raw()) == info.format) {

@@ -116,10 +116,8 @@ functions! {
         let loader = loader(info.pfn_get_instance_proc_addr)?;
         let physical_device = vk::PhysicalDevice::from_raw(info.vulkan_physical_device as u64);
         let told = of_instance.driver.told.filter(|(_, told)| *told == physical_device);
-        let (Some((vk_instance, _)), false) = (told, info.vulkan_create_info.is_null()) else {
-            return Err(sys::Result::ERROR_VALIDATION_FAILURE);
-        };
-        if vulkan_device.is_null() || vulkan_result.is_null() {
+        let (vk_instance, _) = told.ok_or(sys::Result::ERROR_HANDLE_INVALID)?;
+        if vulkan_device.is_null() || vulkan_result.is_null() || info.vulkan_create_info.is_null() {
             return Err(sys::Result::ERROR_VALIDATION_FAILURE);
         }
         let (create, allocator) = (info.vulkan_create_info.cast(), info.vulkan_allocator.cast());

@@ -1,6 +1,8 @@
 //! What the tests share: a recording to replay, an application's way to a Vulkan device, its frame loop.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod headless;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
