@@ -11,6 +11,7 @@ pub mod output;
 pub mod progress;
 pub mod render;
 pub mod replay;
+pub mod run_record;
 
 pub use commands::main;
 
