@@ -21,7 +21,7 @@ pub struct Args {}
 pub fn run(_args: Args, globals: &Globals) -> CliResult {
     let diagnosis = Diagnosis::of_this_machine();
     let text = if globals.json {
-        let json = serde_json::to_string_pretty(&diagnosis).map_err(|error| {
+        let json = serde_json::to_string(&diagnosis).map_err(|error| {
             CliError::because("the diagnosis could not be written as JSON", error)
         })?;
         json + "\n"

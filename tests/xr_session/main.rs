@@ -1,8 +1,9 @@
 //! The application's session against the simulated runtime: what the script says arrives, what is drawn is shown, and it ends in order.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+mod loader;
+mod script;
+
+use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::{Quat, Vec3};
@@ -12,104 +13,10 @@ use macula::xr::{
     XrOptions,
 };
 
-const FRAME_COUNT: usize = 48;
-const PERIOD_NS: i64 = 11_111_111;
-const START_NS: i64 = 5_000_000_000;
-/// Gaze samples come slower than frames here, so that a sample's own time differs from the display time.
-const GAZE_PERIOD_NS: i64 = 20_000_000;
-const IPD_M: f32 = 0.0625;
-const FOV_RAD: [[f32; 4]; 2] = [[-0.9, 0.7, 0.75, -0.85], [-0.7, 0.9, 0.75, -0.85]];
-const EYE_SIZE: [u32; 2] = [64, 48];
-/// Frames whose head is lost, and samples in which the eyes are shut.
-const HEAD_LOST: std::ops::Range<usize> = 20..24;
-const EYES_SHUT: std::ops::Range<usize> = 8..11;
-/// Frames at which the trigger goes down and up.
-const PRESSED: std::ops::Range<usize> = 30..35;
-
-// ---- the script -------------------------------------------------------------------------------------------------
-
-fn display_time_ns(frame: usize) -> i64 {
-    START_NS + frame as i64 * PERIOD_NS
-}
-
-fn head(frame: usize) -> Pose {
-    let t = frame as f32;
-    Pose {
-        orientation: Quat::from_rotation_y(0.01 * t) * Quat::from_rotation_x(-0.004 * t),
-        position_m: Vec3::new(0.002 * t, 0.1, -0.001 * t),
-    }
-}
-
-fn gaze_sample_at(time_ns: i64) -> usize {
-    ((time_ns - START_NS) / GAZE_PERIOD_NS) as usize
-}
-
-fn gaze_dir_in_view(sample: usize) -> Vec3 {
-    let t = sample as f32;
-    Vec3::new(0.02 * t - 0.2, 0.1 - 0.01 * t, -1.0).normalize()
-}
-
-fn write_session(folder: &Path) {
-    let session = r#"{"format":"macula-session","version":1,"name":"test"}"#;
-    fs::write(folder.join("session.json"), session).expect("session.json");
-
-    let mut frames = String::from(
-        "frame,predicted_display_ns,period_ns,head_px,head_py,head_pz,head_qx,head_qy,head_qz,head_qw,head_flags",
-    );
-    for eye in ["l", "r"] {
-        for column in [
-            "px", "py", "pz", "qx", "qy", "qz", "qw", "fov_l", "fov_r", "fov_u", "fov_d",
-        ] {
-            frames += &format!(",{eye}_{column}");
-        }
-    }
-    for frame in 0..FRAME_COUNT {
-        let Pose {
-            orientation: q,
-            position_m: p,
-        } = head(frame);
-        let flags = if HEAD_LOST.contains(&frame) { 0 } else { 15 };
-        frames += &format!(
-            "\n{frame},{},{PERIOD_NS},{},{},{}",
-            display_time_ns(frame),
-            p.x,
-            p.y,
-            p.z
-        );
-        frames += &format!(",{},{},{},{},{flags}", q.x, q.y, q.z, q.w);
-        for (eye, side) in [-1.0, 1.0].into_iter().enumerate() {
-            let [left, right, up, down] = FOV_RAD[eye];
-            frames += &format!(
-                ",{},0,0,0,0,0,1,{left},{right},{up},{down}",
-                side * IPD_M / 2.0
-            );
-        }
-    }
-    fs::write(folder.join("frames.csv"), frames + "\n").expect("frames.csv");
-
-    let mut gaze = String::from("time_ns,recv_ns,valid,ox,oy,oz,dx,dy,dz,confidence\n");
-    for sample in 0..=gaze_sample_at(display_time_ns(FRAME_COUNT)) {
-        let time_ns = START_NS + sample as i64 * GAZE_PERIOD_NS;
-        let valid = u8::from(!EYES_SHUT.contains(&sample));
-        let d = gaze_dir_in_view(sample);
-        gaze += &format!(
-            "{time_ns},{time_ns},{valid},0,0,0,{},{},{},1\n",
-            d.x, d.y, d.z
-        );
-    }
-    fs::write(folder.join("gaze.csv"), gaze).expect("gaze.csv");
-
-    let mut events = String::from("time_ns,event,trial,value\n");
-    for (frame, state) in [(PRESSED.start, "down"), (PRESSED.end, "up")] {
-        // One of the two is what the profile in use calls it.
-        for input in ["select", "trigger"] {
-            events += &format!("{},button,,{input}_right {state}\n", display_time_ns(frame));
-        }
-    }
-    fs::write(folder.join("events.csv"), events).expect("events.csv");
-}
-
-// ---- a run ------------------------------------------------------------------------------------------------------
+use script::{
+    EYE_SIZE, EYES_SHUT, FOV_RAD, FRAME_COUNT, GAZE_PERIOD_NS, HEAD_LOST, IPD_M, PERIOD_NS,
+    PRESSED, START_NS, display_time_ns, gaze_dir_in_view, gaze_sample_at, head, write_session,
+};
 
 /// The simulated runtime has one configuration a process: one run at a time.
 fn alone() -> MutexGuard<'static, ()> {
@@ -228,8 +135,6 @@ fn session_folder() -> tempfile::TempDir {
     write_session(folder.path());
     folder
 }
-
-// ---- what must hold ---------------------------------------------------------------------------------------------
 
 #[test]
 fn times_poses_gaze_and_buttons_arrive_as_the_script_says() {
@@ -483,130 +388,4 @@ fn an_image_larger_than_the_headset_takes_is_refused() {
         ),
         "{error}"
     );
-}
-
-// ---- through the loader, under validation -----------------------------------------------------------------------
-
-/// Set in the process that plays the application's part.
-const CHILD: &str = "MACULA_TEST_XR_SESSION_CHILD";
-const CORE_VALIDATION: &str = "XR_APILAYER_LUNARG_core_validation";
-
-#[test]
-fn through_the_loader_the_validation_layers_have_nothing_to_say() {
-    if std::env::var_os(CHILD).is_some() {
-        return play_through_the_loader();
-    }
-    let _alone = alone();
-    let Some(library) = loader_and_layers() else {
-        return;
-    };
-    let folder = session_folder();
-    let manifest = folder.path().join("xr-sim.json");
-    xr_sim::write_manifest(&manifest, &library).expect("a manifest");
-    let configuration = folder.path().join("config.json");
-    let text = serde_json::to_string(&config(folder.path())).expect("JSON");
-    fs::write(&configuration, text).expect("a configuration");
-    let findings = folder.path().join("findings.txt");
-
-    let output = Command::new(std::env::current_exe().expect("this program"))
-        .args([
-            "--exact",
-            "through_the_loader_the_validation_layers_have_nothing_to_say",
-            "--nocapture",
-        ])
-        .env(CHILD, "1")
-        .env("XR_RUNTIME_JSON", &manifest)
-        .env("XR_SIM_CONFIG", &configuration)
-        .env("XR_ENABLE_API_LAYERS", CORE_VALIDATION)
-        .env("XR_CORE_VALIDATION_EXPORT_TYPE", "text")
-        .env("XR_CORE_VALIDATION_FILE_NAME", &findings)
-        .env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation")
-        .env("VK_LOADER_DEBUG", "layer")
-        .output()
-        .expect("the program runs again");
-    let out = String::from_utf8_lossy(&output.stdout);
-    let err = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{}\n{out}\n{err}", output.status);
-    assert!(
-        out.contains(&format!("played {FRAME_COUNT} frames")),
-        "{out}\n{err}"
-    );
-
-    let findings = fs::read_to_string(&findings).unwrap_or_default();
-    let (deliberate, others): (Vec<_>, Vec<_>) = findings
-        .lines()
-        .filter(|line| line.contains("VUID"))
-        .partition(|line| line.contains("xrGetSystem"));
-    // The child makes one mistake on purpose: a silent layer would be no layer.
-    assert!(
-        !deliberate.is_empty(),
-        "the OpenXR layer was not there:\n{findings}"
-    );
-    assert!(others.is_empty(), "{findings}");
-    if !err.contains("Insert instance layer \"VK_LAYER_KHRONOS_validation\"") {
-        eprintln!(
-            "SKIPPED: Vulkan validation of the session: the layer is not installed (Debian: vulkan-validationlayers)"
-        );
-    }
-    let complaints: Vec<_> = out
-        .lines()
-        .chain(err.lines())
-        .filter(|line| line.contains("VUID-") || line.contains("Validation Error"))
-        .collect();
-    assert!(complaints.is_empty(), "{complaints:#?}");
-}
-
-fn play_through_the_loader() {
-    let entry = Runtime::System.entry().expect("the loader");
-    let mut app = XrApp::connect(entry, &XrOptions::default()).expect("a session");
-    let (seen, reason) = play(&mut app, |frame| frame % 5 == 4);
-    assert_eq!(reason, EndReason::Exit);
-    drop(app);
-    println!("played {} frames", seen.len());
-    make_a_mistake();
-}
-
-/// Asks for a headset of a kind that does not exist.
-fn make_a_mistake() {
-    let entry = Runtime::System.entry().expect("the loader");
-    let application = openxr::ApplicationInfo {
-        application_name: "mistake",
-        ..Default::default()
-    };
-    let instance = entry
-        .create_instance(&application, &openxr::ExtensionSet::default(), &[], &())
-        .expect("an instance");
-    assert!(instance.system(openxr::FormFactor::from_raw(-7)).is_err());
-}
-
-/// The simulated runtime's shared library, if loader and layers are there to run it.
-fn loader_and_layers() -> Option<PathBuf> {
-    let skipped =
-        |why: &str| eprintln!("SKIPPED: the run through the OpenXR loader under validation: {why}");
-    let Ok(entry) = Runtime::System.entry() else {
-        skipped("the OpenXR loader is not installed (Debian: libopenxr-loader1)");
-        return None;
-    };
-    let layers = entry.enumerate_layers().unwrap_or_default();
-    if !layers
-        .iter()
-        .any(|layer| layer.layer_name == CORE_VALIDATION)
-    {
-        skipped(
-            "the OpenXR core validation layer is not installed (Debian: openxr-layer-corevalidation)",
-        );
-        return None;
-    }
-    let name = format!(
-        "{}xr_sim{}",
-        std::env::consts::DLL_PREFIX,
-        std::env::consts::DLL_SUFFIX
-    );
-    let library = std::env::current_exe().ok()?.with_file_name(name);
-    assert!(
-        library.is_file(),
-        "cargo builds the simulated runtime beside the tests: {}",
-        library.display()
-    );
-    Some(library)
 }
