@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use super::{CliResult, Globals, compare, doctor, help, render};
+use super::{CliResult, Globals, compare, doctor, help, inspect, render};
 
 /// Real-time global illumination that follows the eye: replay recorded head and gaze sessions through OpenXR, lit by photon mapping.
 #[derive(Debug, Parser)]
@@ -26,6 +26,7 @@ struct Cli {
 enum Command {
     Render(render::Args),
     Compare(compare::Args),
+    Inspect(inspect::Args),
     Doctor(doctor::Args),
     Help(help::Args),
 }
@@ -35,6 +36,7 @@ impl Command {
         match self {
             Self::Render(args) => render::run(args, globals),
             Self::Compare(args) => compare::run(args, globals),
+            Self::Inspect(args) => inspect::run(args, globals),
             Self::Doctor(args) => doctor::run(args, globals),
             Self::Help(args) => help::run(args),
         }

@@ -5,6 +5,7 @@ pub mod common;
 pub mod compare;
 pub mod doctor;
 pub mod help;
+pub mod inspect;
 pub mod output;
 pub mod progress;
 pub mod render;

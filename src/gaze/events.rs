@@ -187,7 +187,8 @@ impl EventDetector {
     /// The next event that nothing can change any more, in order of time.
     pub fn take_finished(&mut self) -> Option<GazeEvent> {
         let settled_ns = self.now_ns.saturating_sub(self.params.blink_padding_ns);
-        self.finished.pop_front_if(|event| event.end_ns < settled_ns)
+        self.finished
+            .pop_front_if(|event| event.end_ns < settled_ns)
     }
 
     /// Ends the recording: closes what is open and gives out the rest.
@@ -215,14 +216,18 @@ impl EventDetector {
     fn see(&mut self, sight: Sight) {
         match std::mem::replace(&mut self.open, Open::Nothing) {
             Open::Nothing => self.open = Open::Seen(Track::new(sight)),
-            Open::Lost(lost) if sight.time_ns.saturating_sub(lost.last_ns) <= self.params.blink_padding_ns => {
+            Open::Lost(lost)
+                if sight.time_ns.saturating_sub(lost.last_ns) <= self.params.blink_padding_ns =>
+            {
                 self.open = Open::Lost(lost);
             }
             Open::Lost(lost) => {
                 self.close_lost(lost);
                 self.open = Open::Seen(Track::new(sight));
             }
-            Open::Seen(track) if sight.time_ns.saturating_sub(track.last.time_ns) > self.params.gap_ns => {
+            Open::Seen(track)
+                if sight.time_ns.saturating_sub(track.last.time_ns) > self.params.gap_ns =>
+            {
                 self.close_track(&track, track.last);
                 self.open = Open::Seen(Track::new(sight));
             }
@@ -292,7 +297,9 @@ impl EventDetector {
             if event.end_ns <= time_ns || matches!(event.kind, EventKind::Blink | EventKind::Loss) {
                 return;
             }
-            if event.kind != EventKind::Saccade && time_ns.saturating_sub(event.start_ns) >= self.params.fixation_min_ns {
+            if event.kind != EventKind::Saccade
+                && time_ns.saturating_sub(event.start_ns) >= self.params.fixation_min_ns
+            {
                 event.end_ns = time_ns;
                 return;
             }
@@ -322,9 +329,14 @@ impl EventDetector {
         if duration_ns < self.params.fixation_min_ns {
             return;
         }
-        let pursues = track.moving_ns >= self.params.pursuit_min_ns && 2 * track.moving_ns >= duration_ns;
+        let pursues =
+            track.moving_ns >= self.params.pursuit_min_ns && 2 * track.moving_ns >= duration_ns;
         self.finished.push_back(GazeEvent {
-            kind: if pursues { EventKind::Pursuit } else { EventKind::Fixation },
+            kind: if pursues {
+                EventKind::Pursuit
+            } else {
+                EventKind::Fixation
+            },
             start_ns: track.start.time_ns,
             end_ns: end.time_ns,
             amplitude_rad: eccentricity_rad(track.start.dir_in_view, end.dir_in_view),
@@ -421,21 +433,33 @@ mod tests {
         // The head turns left at 150 degrees per second, the eye right, and the gaze stays.
         let turning = |index: i64| {
             let head_deg = 0.75 * (index - 40).clamp(0, 30) as f32;
-            (sample(index, head_deg), Quat::from_rotation_y(head_deg.to_radians()))
+            (
+                sample(index, head_deg),
+                Quat::from_rotation_y(head_deg.to_radians()),
+            )
         };
-        let with_head = (0..100).map(turning).map(|(sample, head)| (sample, Some(head)));
+        let with_head = (0..100)
+            .map(turning)
+            .map(|(sample, head)| (sample, Some(head)));
         assert_eq!(kinds(with_head), [EventKind::Fixation]);
         let without = (0..100).map(turning).map(|(sample, _)| (sample, None));
-        assert!(kinds(without).contains(&EventKind::Saccade), "it looks like one where the head is unknown");
+        assert!(
+            kinds(without).contains(&EventKind::Saccade),
+            "it looks like one where the head is unknown"
+        );
     }
 
     #[test]
     fn following_a_thing_is_a_pursuit_only_if_the_gaze_moves_in_the_world() {
-        let following = (0..200).map(|index| (sample(index, index as f32 * 0.06), Some(Quat::IDENTITY)));
+        let following =
+            (0..200).map(|index| (sample(index, index as f32 * 0.06), Some(Quat::IDENTITY)));
         assert_eq!(kinds(following), [EventKind::Pursuit]);
         let compensated = (0..200).map(|index| {
             let deg = index as f32 * 0.06;
-            (sample(index, deg), Some(Quat::from_rotation_y(deg.to_radians())))
+            (
+                sample(index, deg),
+                Some(Quat::from_rotation_y(deg.to_radians())),
+            )
         });
         assert_eq!(kinds(compensated), [EventKind::Fixation]);
     }
@@ -477,7 +501,10 @@ mod tests {
         }
         let events = detector.finish();
         let kinds: Vec<_> = events.iter().map(|event| event.kind).collect();
-        assert_eq!(kinds, [EventKind::Fixation, EventKind::Blink, EventKind::Fixation]);
+        assert_eq!(
+            kinds,
+            [EventKind::Fixation, EventKind::Blink, EventKind::Fixation]
+        );
         assert_eq!(events[1].start_ns, 1 + 100 * STEP_NS - 50_000_000);
         assert_eq!(events[1].end_ns, 1 + 139 * STEP_NS + 50_000_000);
         assert!(events[0].end_ns <= events[1].start_ns && events[2].start_ns >= events[1].end_ns);

@@ -152,14 +152,3 @@ impl Saved {
         }
     }
 }
-
-/// A scene of the shared reference set, or `None` with a loud message where the set is absent.
-pub fn shared_scene(file: &str) -> Option<PathBuf> {
-    let scenes = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes");
-    let path = scenes.join(file);
-    if path.is_file() {
-        return Some(path);
-    }
-    eprintln!("SKIPPED: {} is absent", path.display());
-    None
-}
