@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use super::{CliResult, Globals, compare, demo, doctor, help, render, replay};
+use super::{CliResult, Globals, compare, demo, doctor, help, inspect, render, replay};
 
 /// Real-time global illumination that follows the eye: replay recorded head and gaze sessions through OpenXR, lit by photon mapping.
 #[derive(Debug, Parser)]
@@ -28,6 +28,7 @@ enum Command {
     Replay(replay::Args),
     Render(render::Args),
     Compare(compare::Args),
+    Inspect(inspect::Args),
     Doctor(doctor::Args),
     Help(help::Args),
 }
@@ -39,6 +40,7 @@ impl Command {
             Self::Replay(args) => replay::run(args, globals),
             Self::Render(args) => render::run(args, globals),
             Self::Compare(args) => compare::run(args, globals),
+            Self::Inspect(args) => inspect::run(args, globals),
             Self::Doctor(args) => doctor::run(args, globals),
             Self::Help(args) => help::run(args),
         }

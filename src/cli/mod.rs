@@ -7,6 +7,7 @@ pub mod compare;
 pub mod demo;
 pub mod doctor;
 pub mod help;
+pub mod inspect;
 pub mod output;
 pub mod progress;
 pub mod render;

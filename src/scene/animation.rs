@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::{Affine3A, DAffine3, DQuat, DVec3};
 
+use super::load::MAX_COORDINATE_M;
 use super::node::{Local, Trs};
 use super::track::Track;
 use super::{Aabb, Camera, PunctualLight, Scene};
@@ -92,14 +93,7 @@ impl Animation {
                 Parent::Fixed(affine) => affine,
                 Parent::Moving(parent) => placed[parent],
             };
-            let scene_from_node = scene_from_parent * node.channels.place(node.local, time_s);
-            // Extreme keys can overflow f32 on the GPU: such a node vanishes for that moment.
-            let is_usable = to_f32(scene_from_node).is_finite();
-            placed.push(if is_usable {
-                scene_from_node
-            } else {
-                DAffine3::ZERO
-            });
+            placed.push(scene_from_parent * node.channels.place(node.local, time_s));
         }
         placed
     }
@@ -130,7 +124,10 @@ impl Scene {
     /// Where objects, lights and cameras are at a time, seconds. Loops over [`Animation::duration_s`]; any time is allowed.
     pub fn pose_at(&self, time_s: f64) -> ScenePose {
         let placed = self.animation.scene_from_moving(time_s);
-        let of_node = |node: usize| self.animation.moving_of_node.get(&node).map(|&i| placed[i]);
+        let of_node = |node: usize| {
+            let position = *self.animation.moving_of_node.get(&node)?;
+            Some(within_reach(placed[position]))
+        };
         ScenePose {
             scene_from_object: self
                 .objects
@@ -177,6 +174,16 @@ impl Scene {
             }
         }
         bounds
+    }
+}
+
+/// The map, or the zero map where extreme keys make it so large that f32 would overflow: then the node vanishes for that moment.
+fn within_reach(scene_from_node: DAffine3) -> DAffine3 {
+    let is_near = |entry: f64| entry.abs() <= MAX_COORDINATE_M;
+    if scene_from_node.to_cols_array().into_iter().all(is_near) {
+        scene_from_node
+    } else {
+        DAffine3::ZERO
     }
 }
 

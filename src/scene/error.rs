@@ -1,16 +1,28 @@
 //! Why a scene file is refused.
 
+use std::error::Error;
+use std::fmt;
 use std::path::PathBuf;
 
-/// A scene file that could not be loaded: which one, and why.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot load the scene {}", path.display())]
+/// A scene file that could not be loaded: which one, and why. Its message is one line with the file, the problem and the mend.
+#[derive(Debug)]
 pub struct SceneError {
     /// The file that was asked for.
     pub path: PathBuf,
     /// What is wrong with it.
-    #[source]
     pub problem: SceneProblem,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "cannot load {}: {}", self.path.display(), self.problem)
+    }
+}
+
+impl Error for SceneError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.problem.source()
+    }
 }
 
 /// What is wrong with a scene file; each names the thing, and the mend where there is one.

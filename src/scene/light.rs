@@ -52,6 +52,14 @@ impl PunctualKind {
             Self::Directional => "directional",
         }
     }
+
+    /// Unit of [`PunctualLight::intensity`].
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::Point | Self::Spot { .. } => "W/sr",
+            Self::Directional => "W/m2",
+        }
+    }
 }
 
 impl PunctualLight {

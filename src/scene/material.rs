@@ -263,7 +263,8 @@ impl Reader<'_> {
         };
         let cutoff = if cutoff > 0.0 { cutoff / factor } else { 0.0 };
         let is_opaque = cutoff <= 0.0 || (!has_texture && cutoff <= 1.0);
-        if json.alpha_mode() == AlphaMode::Blend && !(factor == 1.0 && !has_texture) {
+        let blends = json.alpha_mode() == AlphaMode::Blend;
+        if blends && (factor != 1.0 || has_texture) {
             self.warnings.push(format!(
                 "{} blends by alpha; it is read as a mask at 0.5 (use KHR_materials_transmission for glass)",
                 self.label

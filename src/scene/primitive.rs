@@ -141,9 +141,10 @@ fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<usize> {
 
 /// Triangles of a list, strip or fan with the winding of glTF 2.0, section 3.7.2.1.
 fn triangulate(corners: &[u32], mode: Mode) -> Vec<[u32; 3]> {
-    let windows = corners.windows(3).enumerate();
+    let windows = corners.windows(3);
     match mode {
         Mode::TriangleStrip => windows
+            .enumerate()
             .map(|(i, w)| {
                 if i % 2 == 0 {
                     [w[0], w[1], w[2]]
@@ -152,7 +153,7 @@ fn triangulate(corners: &[u32], mode: Mode) -> Vec<[u32; 3]> {
                 }
             })
             .collect(),
-        Mode::TriangleFan => windows.map(|(_, w)| [w[1], w[2], corners[0]]).collect(),
+        Mode::TriangleFan => windows.map(|w| [w[1], w[2], corners[0]]).collect(),
         _ => corners
             .chunks_exact(3)
             .map(|c| [c[0], c[1], c[2]])

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::io::Cursor;
 
 use glam::Vec2;
@@ -126,11 +127,12 @@ impl TextureTable {
         let mut encoded: HashMap<usize, (String, Cow<[u8]>)> = HashMap::new();
         let mut pixels_left = limits.texture_pixels;
         for key in &self.keys {
-            if !encoded.contains_key(&key.image) {
-                let image = image_bytes(document, buffers, files, key.image)?;
-                encoded.insert(key.image, image);
-            }
-            let (name, bytes) = &encoded[&key.image];
+            let (name, bytes) = match encoded.entry(key.image) {
+                Entry::Occupied(entry) => entry.into_mut(),
+                Entry::Vacant(entry) => {
+                    entry.insert(image_bytes(document, buffers, files, key.image)?)
+                }
+            };
             let (width, height) = reader(bytes, name)?
                 .into_dimensions()
                 .map_err(|source| image_problem(name, source))?;

@@ -58,7 +58,7 @@ impl Interpolate for DQuat {
     fn blend(values: [Self; 4], weights: [f64; 4]) -> Self {
         let mut sum = DQuat::from_array([0.0; 4]);
         for (value, weight) in values.into_iter().zip(weights) {
-            sum = sum + value * weight;
+            sum += value * weight;
         }
         normalized(sum).unwrap_or(values[0])
     }
