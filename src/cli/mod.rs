@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod output;
 pub mod progress;
+pub mod session;
 
 use std::error::Error;
 use std::fmt;

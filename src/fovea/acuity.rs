@@ -49,6 +49,11 @@ mod tests {
         let acuity = Acuity::default();
         assert_eq!(acuity.relative(0.0), 1.0);
         let samples = (0..90).map(|deg| acuity.relative((deg as f32).to_radians()));
-        assert!(samples.clone().zip(samples.skip(1)).all(|(near, far)| near > far && far > 0.0));
+        assert!(
+            samples
+                .clone()
+                .zip(samples.skip(1))
+                .all(|(near, far)| near > far && far > 0.0)
+        );
     }
 }

@@ -59,9 +59,11 @@ mod tests {
     #[test]
     fn the_fovea_gets_more_samples_and_smaller_radii_than_what_lies_around_it() {
         let budget = Budget::default();
-        let by_distance = [Region::Fovea, Region::Transition, Region::Periphery].map(|region| budget.of(region));
+        let by_distance =
+            [Region::Fovea, Region::Transition, Region::Periphery].map(|region| budget.of(region));
         assert!(by_distance.windows(2).all(|pair| {
-            pair[0].samples_per_pixel > pair[1].samples_per_pixel && pair[0].gather_radius_scale < pair[1].gather_radius_scale
+            pair[0].samples_per_pixel > pair[1].samples_per_pixel
+                && pair[0].gather_radius_scale < pair[1].gather_radius_scale
         }));
     }
 }

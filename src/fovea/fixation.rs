@@ -39,8 +39,14 @@ pub struct Fixation {
 impl Fixation {
     /// The fixation point of a gaze ray (`origin_m`, unit `dir`, both in one space, VIEW or the scene's) that meets the scene
     /// at `hit_distance_m`. `None`, a distance that is not finite and one that is not positive are no hit.
-    pub fn of_ray(origin_m: Vec3, dir: Vec3, hit_distance_m: Option<f32>, params: &FixationParams) -> Self {
-        let hit_distance_m = hit_distance_m.filter(|distance| distance.is_finite() && *distance > 0.0);
+    pub fn of_ray(
+        origin_m: Vec3,
+        dir: Vec3,
+        hit_distance_m: Option<f32>,
+        params: &FixationParams,
+    ) -> Self {
+        let hit_distance_m =
+            hit_distance_m.filter(|distance| distance.is_finite() && *distance > 0.0);
         let distance_m = hit_distance_m
             .unwrap_or(params.default_distance_m)
             .max(params.min_distance_m);
@@ -73,7 +79,12 @@ mod tests {
     }
 
     fn ahead(hit_distance_m: Option<f32>) -> Fixation {
-        Fixation::of_ray(Vec3::ZERO, Vec3::NEG_Z, hit_distance_m, &FixationParams::default())
+        Fixation::of_ray(
+            Vec3::ZERO,
+            Vec3::NEG_Z,
+            hit_distance_m,
+            &FixationParams::default(),
+        )
     }
 
     #[test]
@@ -94,22 +105,46 @@ mod tests {
         let dir = Vec3::new(0.2, -0.1, -1.0).normalize();
         let params = FixationParams::default();
         let in_head = Fixation::of_ray(Vec3::ZERO, dir, Some(1.5), &params);
-        let in_local = Fixation::of_ray(local_from_head.position_m, local_from_head.orientation * dir, Some(1.5), &params);
+        let in_local = Fixation::of_ray(
+            local_from_head.position_m,
+            local_from_head.orientation * dir,
+            Some(1.5),
+            &params,
+        );
         let from_head = in_head.gaze_dir_in_eye(eye(0.03)).unwrap();
-        let from_local = in_local.gaze_dir_in_eye(local_from_head.compose(eye(0.03))).unwrap();
+        let from_local = in_local
+            .gaze_dir_in_eye(local_from_head.compose(eye(0.03)))
+            .unwrap();
         assert!(from_head.distance(from_local) < 1e-5);
     }
 
     #[test]
     fn without_a_hit_the_default_distance_stands_in() {
-        for miss in [None, Some(f32::NAN), Some(f32::INFINITY), Some(-1.0), Some(0.0)] {
+        for miss in [
+            None,
+            Some(f32::NAN),
+            Some(f32::INFINITY),
+            Some(-1.0),
+            Some(0.0),
+        ] {
             let fixation = ahead(miss);
-            assert_eq!((fixation.distance_m, fixation.on_scene), (2.0, false), "{miss:?}");
+            assert_eq!(
+                (fixation.distance_m, fixation.on_scene),
+                (2.0, false),
+                "{miss:?}"
+            );
         }
-        assert_eq!(ahead(Some(1e-4)).distance_m, 0.1, "nobody looks at a point in front of the cornea");
-        assert_eq!(ahead(Some(2.0)).gaze_dir_in_eye(Pose {
-            position_m: Vec3::new(0.0, 0.0, -2.0),
-            ..Pose::IDENTITY
-        }), None);
+        assert_eq!(
+            ahead(Some(1e-4)).distance_m,
+            0.1,
+            "nobody looks at a point in front of the cornea"
+        );
+        assert_eq!(
+            ahead(Some(2.0)).gaze_dir_in_eye(Pose {
+                position_m: Vec3::new(0.0, 0.0, -2.0),
+                ..Pose::IDENTITY
+            }),
+            None
+        );
     }
 }

@@ -152,7 +152,11 @@ fn clip_to_image(from: Vec2, to: Vec2) -> Option<(Vec2, Vec2)> {
         leave = leave.min(at_zero.max(at_one));
     }
     // Ends that are not cut stay exactly what they are, so that neighbouring pieces meet.
-    let start = if enter > 0.0 { from + enter * step } else { from };
+    let start = if enter > 0.0 {
+        from + enter * step
+    } else {
+        from
+    };
     let end = if leave < 1.0 { from + leave * step } else { to };
     (enter < leave).then_some((start, end))
 }
@@ -189,7 +193,9 @@ mod tests {
         let rightmost = |gaze_deg: f32| {
             let line = outline(&fov, direction(gaze_deg), 9.78_f32.to_radians()).concat();
             let gaze = fov.project(direction(gaze_deg)).unwrap();
-            line.iter().map(|point| point.x - gaze.x).fold(0.0, f32::max)
+            line.iter()
+                .map(|point| point.x - gaze.x)
+                .fold(0.0, f32::max)
         };
         let drawn = rightmost(30.0) / rightmost(0.0);
         assert!((drawn - stretch).abs() < 0.01, "{drawn}");
@@ -198,15 +204,26 @@ mod tests {
     #[test]
     fn the_regions_meet_at_their_radii_and_the_blend_has_no_seam() {
         let regions = Regions::default();
-        let at = |deg: f32| (regions.region(deg.to_radians()), regions.blend(deg.to_radians()));
+        let at = |deg: f32| {
+            (
+                regions.region(deg.to_radians()),
+                regions.blend(deg.to_radians()),
+            )
+        };
         assert_eq!(at(0.0), (Region::Fovea, 0.0));
         assert_eq!(at(9.77), (Region::Fovea, 0.0));
         assert_eq!(at(9.79).0, Region::Transition);
         assert!((at(12.28).1 - 0.5).abs() < 1e-3);
         assert_eq!(at(14.79), (Region::Periphery, 1.0));
         assert_eq!(at(180.0), (Region::Periphery, 1.0));
-        let blends: Vec<f32> = (0..2000).map(|i| regions.blend((i as f32 * 0.01).to_radians())).collect();
-        assert!(blends.windows(2).all(|pair| (0.0..0.004).contains(&(pair[1] - pair[0]))));
+        let blends: Vec<f32> = (0..2000)
+            .map(|i| regions.blend((i as f32 * 0.01).to_radians()))
+            .collect();
+        assert!(
+            blends
+                .windows(2)
+                .all(|pair| (0.0..0.004).contains(&(pair[1] - pair[0])))
+        );
     }
 
     #[test]
@@ -223,7 +240,10 @@ mod tests {
     fn widening_moves_both_radii() {
         let wide = Regions::default().widened(0.1);
         assert!((wide.fovea_radius_rad - Regions::default().fovea_radius_rad - 0.1).abs() < 1e-6);
-        assert!((wide.transition_radius_rad - Regions::default().transition_radius_rad - 0.1).abs() < 1e-6);
+        assert!(
+            (wide.transition_radius_rad - Regions::default().transition_radius_rad - 0.1).abs()
+                < 1e-6
+        );
     }
 
     #[test]
@@ -250,7 +270,10 @@ mod tests {
         let cut = outline(&fov, direction(28.0), 0.2);
         assert_eq!(cut.len(), 1);
         let ends = [cut[0][0], cut[0][cut[0].len() - 1]];
-        assert!(ends.iter().all(|end| (end.x - 1.0).abs() < 1e-4), "{ends:?}");
+        assert!(
+            ends.iter().all(|end| (end.x - 1.0).abs() < 1e-4),
+            "{ends:?}"
+        );
         assert!(outline(&fov, direction(180.0), 0.2).is_empty());
         assert!(outline(&fov, Vec3::NAN, 0.2).is_empty());
         assert!(outline(&fov, Vec3::ZERO, 0.2).is_empty());

@@ -120,7 +120,12 @@ mod tests {
             raw += azimuth.powi(2);
             steady += azimuth_rad(filter.filter(frame * FRAME_NS, direction(azimuth))).powi(2);
         }
-        assert!(steady.sqrt() < 0.5 * raw.sqrt(), "{} of {}", steady.sqrt(), raw.sqrt());
+        assert!(
+            steady.sqrt() < 0.5 * raw.sqrt(),
+            "{} of {}",
+            steady.sqrt(),
+            raw.sqrt()
+        );
     }
 
     #[test]
@@ -138,7 +143,11 @@ mod tests {
             slow_lag = azimuth - azimuth_rad(slow.filter(time_ns, direction(azimuth)));
         }
         assert!(lag.to_degrees() < 0.5, "{}", lag.to_degrees());
-        assert!(slow_lag.to_degrees() > 0.5, "without the speed term it must lag: {}", slow_lag.to_degrees());
+        assert!(
+            slow_lag.to_degrees() > 0.5,
+            "without the speed term it must lag: {}",
+            slow_lag.to_degrees()
+        );
     }
 
     #[test]

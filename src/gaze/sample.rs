@@ -134,11 +134,7 @@ mod tests {
 
     #[test]
     fn a_ray_without_a_direction_is_refused() {
-        for dir in [
-            Vec3::ZERO,
-            Vec3::NAN,
-            Vec3::new(f32::INFINITY, 0.0, -1.0),
-        ] {
+        for dir in [Vec3::ZERO, Vec3::NAN, Vec3::new(f32::INFINITY, 0.0, -1.0)] {
             assert_eq!(GazeRay::new(Vec3::ZERO, dir), None, "{dir}");
         }
         assert_eq!(GazeRay::new(Vec3::NAN, Vec3::NEG_Z), None);

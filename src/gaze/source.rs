@@ -186,12 +186,19 @@ impl GazeSource {
     fn remember(&mut self, reading: GazeReading) {
         let padding_ns = self.params.events.blink_padding_ns;
         let time_ns = reading.sample_time_ns();
-        if self.recent.back().is_some_and(|last| last.sample_time_ns() == time_ns) {
+        if self
+            .recent
+            .back()
+            .is_some_and(|last| last.sample_time_ns() == time_ns)
+        {
             self.recent.pop_back();
         }
         self.recent.push_back(reading);
         let settled = |reading: &GazeReading| {
-            let age_ns = reading.sample_time_ns().zip(time_ns).map(|(then, now)| now.saturating_sub(then));
+            let age_ns = reading
+                .sample_time_ns()
+                .zip(time_ns)
+                .map(|(then, now)| now.saturating_sub(then));
             age_ns.is_some_and(|age_ns| age_ns >= padding_ns)
         };
         // Of the readings older than the padding only the newest is kept.
@@ -271,12 +278,19 @@ mod tests {
         }
         // The closing lid drags the gaze, slowly enough to be no saccade.
         for frame in 30..33 {
-            source.update(display_ns(frame), Some(&sample(frame, 5.0 - 0.5 * (frame - 29) as f32)));
+            source.update(
+                display_ns(frame),
+                Some(&sample(frame, 5.0 - 0.5 * (frame - 29) as f32)),
+            );
         }
         for frame in 33..45 {
             let reading = source.update(display_ns(frame), Some(&lost(frame)));
             assert_eq!(reading.state, GazeState::Held);
-            assert!((azimuth_deg(&reading) - 5.0).abs() < 0.05, "{}", azimuth_deg(&reading));
+            assert!(
+                (azimuth_deg(&reading) - 5.0).abs() < 0.05,
+                "{}",
+                azimuth_deg(&reading)
+            );
             assert_eq!(reading.widening_rad, 0.0);
         }
     }
@@ -297,9 +311,16 @@ mod tests {
         }
         assert_eq!(last, params.widening_max_rad);
         let reading = source.update(display_ns(400), Some(&sample(400, -5.0)));
-        assert_eq!(reading.state, GazeState::Held, "just after a blink the eye is still in motion");
+        assert_eq!(
+            reading.state,
+            GazeState::Held,
+            "just after a blink the eye is still in motion"
+        );
         let reading = source.update(display_ns(410), Some(&sample(410, -5.0)));
-        assert_eq!((reading.state, reading.widening_rad), (GazeState::Tracked, 0.0));
+        assert_eq!(
+            (reading.state, reading.widening_rad),
+            (GazeState::Tracked, 0.0)
+        );
     }
 
     #[test]
@@ -320,17 +341,26 @@ mod tests {
             combined: GazeRay::new(Vec3::ZERO, Vec3::Z),
             ..sample(1, 0.0)
         };
-        assert_eq!(source.update(display_ns(1), Some(&behind)).state, GazeState::Held);
+        assert_eq!(
+            source.update(display_ns(1), Some(&behind)).state,
+            GazeState::Held
+        );
         let mut source = GazeSource::live(GazeParams::default());
         source.update(display_ns(0), Some(&sample(0, 5.0)));
-        assert_eq!(source.update(display_ns(40), Some(&sample(0, 5.0))).state, GazeState::Held);
+        assert_eq!(
+            source.update(display_ns(40), Some(&sample(0, 5.0))).state,
+            GazeState::Held
+        );
     }
 
     #[test]
     fn without_gaze_the_head_points_and_a_fixed_gaze_overrides() {
         let mut source = GazeSource::live(GazeParams::default());
         let reading = source.update(0, None);
-        assert_eq!((reading.ray, reading.state), (GazeRay::FORWARD, GazeState::Fallback));
+        assert_eq!(
+            (reading.ray, reading.state),
+            (GazeRay::FORWARD, GazeState::Fallback)
+        );
         assert_eq!(reading.age_ns(0), None);
         let mut source = GazeSource::live(GazeParams {
             fixed_rad: Some([0.1, 0.2]),

@@ -14,9 +14,9 @@ pub struct Summary {
     pub duration_s: f64,
     /// Eye-tracker samples.
     pub gaze_samples: usize,
-    /// Their rate, Hz, by the median interval.
+    /// Their rate, Hz, gaps left out.
     pub gaze_rate_hz: f64,
-    /// Intervals of more than 1.5 times the median.
+    /// Intervals of more than 1.5 times the median one.
     pub gaze_gaps: usize,
     /// Longest interval between samples, seconds.
     pub gaze_longest_gap_s: f64,
@@ -28,7 +28,7 @@ pub struct Summary {
     pub gaze_median_latency_s: Option<f64>,
     /// Display frames.
     pub frames: usize,
-    /// Their rate, Hz, by the median interval.
+    /// Their rate, Hz, gaps left out.
     pub frame_rate_hz: f64,
     /// Share of frames in which the head was tracked.
     pub head_tracked_share: f64,
@@ -94,26 +94,37 @@ impl Summary {
     /// The numbers of a session.
     pub fn of(session: &Session) -> Self {
         let gaze_times: Vec<i64> = session.gaze.iter().map(|sample| sample.time_ns).collect();
-        let frame_times: Vec<i64> = session.frames.iter().map(|frame| frame.predicted_display_ns).collect();
-        let gaze_steps = steps_s(&gaze_times);
-        let gaze_step_s = median(gaze_steps.clone());
+        let frame_times: Vec<i64> = session
+            .frames
+            .iter()
+            .map(|frame| frame.predicted_display_ns)
+            .collect();
+        let gaze = Rhythm::of(&gaze_times);
         let events = detect_events(session, EventParams::default());
         let count = |kind: EventKind| events.iter().filter(|event| event.kind == kind).count();
-        let saccades = events.iter().filter(|event| event.kind == EventKind::Saccade);
-        let latencies = session.gaze.iter().filter_map(|sample| Some((sample.recv_ns? - sample.time_ns) as f64 * 1e-9));
+        let saccades = events
+            .iter()
+            .filter(|event| event.kind == EventKind::Saccade);
+        let latencies = session
+            .gaze
+            .iter()
+            .filter_map(|sample| Some((sample.recv_ns? - sample.time_ns) as f64 * 1e-9));
         let head = HeadMotion::of(session);
         Self {
             duration_s: session.duration_ns() as f64 * 1e-9,
             gaze_samples: session.gaze.len(),
-            gaze_rate_hz: gaze_step_s.map_or(0.0, f64::recip),
-            gaze_gaps: gaze_steps.iter().filter(|&&step| step > 1.5 * gaze_step_s.unwrap_or(0.0)).count(),
-            gaze_longest_gap_s: gaze_steps.iter().copied().fold(0.0, f64::max),
+            gaze_rate_hz: gaze.rate_hz,
+            gaze_gaps: gaze.gaps,
+            gaze_longest_gap_s: gaze.longest_s,
             gaze_valid_share: share(&session.gaze, |sample| sample.combined.is_some()),
-            eye_valid_share: [0, 1].map(|eye| share(&session.gaze, |sample| sample.eyes[eye].ray.is_some())),
+            eye_valid_share: [0, 1]
+                .map(|eye| share(&session.gaze, |sample| sample.eyes[eye].ray.is_some())),
             gaze_median_latency_s: median(latencies.collect()),
             frames: session.frames.len(),
-            frame_rate_hz: median(steps_s(&frame_times)).map_or(0.0, f64::recip),
-            head_tracked_share: share(&session.frames, |frame| frame.head_flags & head_flags::TRACKED == head_flags::TRACKED),
+            frame_rate_hz: Rhythm::of(&frame_times).rate_hz,
+            head_tracked_share: share(&session.frames, |frame| {
+                frame.head_flags & head_flags::TRACKED == head_flags::TRACKED
+            }),
             head_yaw_rad: head.ranges[0],
             head_pitch_rad: head.ranges[1],
             head_roll_rad: head.ranges[2],
@@ -128,14 +139,47 @@ impl Summary {
             saccades: count(EventKind::Saccade),
             blinks: count(EventKind::Blink),
             losses: count(EventKind::Loss),
-            saccade_median_amplitude_rad: median(saccades.map(|event| f64::from(event.amplitude_rad)).collect()),
+            saccade_median_amplitude_rad: median(
+                saccades
+                    .map(|event| f64::from(event.amplitude_rad))
+                    .collect(),
+            ),
             reflex: reflex(session),
         }
     }
 }
 
-fn steps_s(times_ns: &[i64]) -> Vec<f64> {
-    times_ns.windows(2).map(|pair| (pair[1] - pair[0]) as f64 * 1e-9).collect()
+/// How evenly times follow each other.
+struct Rhythm {
+    rate_hz: f64,
+    gaps: usize,
+    longest_s: f64,
+}
+
+impl Rhythm {
+    fn of(times_ns: &[i64]) -> Self {
+        let steps_s: Vec<f64> = times_ns
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]) as f64 * 1e-9)
+            .collect();
+        let gap_s = 1.5 * median(steps_s.clone()).unwrap_or(0.0);
+        let even: Vec<f64> = steps_s
+            .iter()
+            .copied()
+            .filter(|&step_s| step_s <= gap_s)
+            .collect();
+        // The mean, because times in whole milliseconds have no median of their own.
+        let even_s: f64 = even.iter().sum();
+        Self {
+            rate_hz: if even_s > 0.0 {
+                even.len() as f64 / even_s
+            } else {
+                0.0
+            },
+            gaps: steps_s.len() - even.len(),
+            longest_s: steps_s.into_iter().fold(0.0, f64::max),
+        }
+    }
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
@@ -168,7 +212,10 @@ struct HeadMotion {
 
 impl HeadMotion {
     fn of(session: &Session) -> Self {
-        let mut poses = session.frames.iter().filter_map(|frame| Some((frame.predicted_display_ns, frame.local_from_head?)));
+        let mut poses = session
+            .frames
+            .iter()
+            .filter_map(|frame| Some((frame.predicted_display_ns, frame.local_from_head?)));
         let Some(first) = poses.next() else {
             return Self::default();
         };
@@ -185,7 +232,9 @@ impl HeadMotion {
                 let [low, high] = &mut motion.ranges[axis];
                 (*low, *high) = (low.min(angles[axis]), high.max(angles[axis]));
             }
-            motion.reach_m = motion.reach_m.max(pose.position_m.distance(first.1.position_m).into());
+            motion.reach_m = motion
+                .reach_m
+                .max(pose.position_m.distance(first.1.position_m).into());
             let step_s = (time_ns - last.0) as f64 * 1e-9;
             let turn_rad = f64::from(last.1.orientation.angle_between(pose.orientation));
             motion.peak_speed_rad_s = motion.peak_speed_rad_s.max(turn_rad / step_s);
@@ -211,29 +260,42 @@ fn reflex(session: &Session) -> Option<Reflex> {
             continue;
         }
         // A blink, or a speed that may be a saccade, anywhere in the span spoils it.
-        let slow = span.windows(2).all(|pair| match (pair[0].combined, pair[1].combined) {
-            (Some(before), Some(after)) => {
-                let between_s = (pair[1].time_ns - pair[0].time_ns) as f32 * 1e-9;
-                eccentricity_rad(before.dir(), after.dir()) < params.saccade_end_rad_s * between_s
-            }
-            _ => false,
-        });
+        let slow = span
+            .windows(2)
+            .all(|pair| match (pair[0].combined, pair[1].combined) {
+                (Some(before), Some(after)) => {
+                    let between_s = (pair[1].time_ns - pair[0].time_ns) as f32 * 1e-9;
+                    eccentricity_rad(before.dir(), after.dir())
+                        < params.saccade_end_rad_s * between_s
+                }
+                _ => false,
+            });
         let (Some(before), Some(after), true) = (span[0].combined, sample.combined, slow) else {
             continue;
         };
-        let heads = session.local_from_head_at(span[0].time_ns).zip(session.local_from_head_at(sample.time_ns));
+        let heads = session
+            .local_from_head_at(span[0].time_ns)
+            .zip(session.local_from_head_at(sample.time_ns));
         let Some((head_before, head_after)) = heads else {
             continue;
         };
         let azimuth = |dir: glam::Vec3| f64::from(dir.x.atan2(-dir.z));
         let eye_right = (azimuth(after.dir()) - azimuth(before.dir())) / step_s;
         let yaw_before = yaw_pitch_roll(head_before.orientation)[0];
-        let head_left = (unwrap_rad(yaw_pitch_roll(head_after.orientation)[0], yaw_before) - yaw_before) / step_s;
+        let head_left = (unwrap_rad(yaw_pitch_roll(head_after.orientation)[0], yaw_before)
+            - yaw_before)
+            / step_s;
         if head_left.abs() < REFLEX_MIN_HEAD_SPEED_RAD_S {
             continue;
         }
         intervals += 1;
-        for (sum, term) in sums.iter_mut().zip([head_left, eye_right, head_left * head_left, eye_right * eye_right, head_left * eye_right]) {
+        for (sum, term) in sums.iter_mut().zip([
+            head_left,
+            eye_right,
+            head_left * head_left,
+            eye_right * eye_right,
+            head_left * eye_right,
+        ]) {
             *sum += term;
         }
     }

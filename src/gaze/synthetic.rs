@@ -17,6 +17,8 @@ const START_NS: i64 = 1_000_000_000;
 const FRAMES: u64 = 900;
 const FRAME_PERIOD_NS: i64 = 11_111_111;
 const SAMPLES: i64 = 2000;
+/// How long before the first frame the tracker runs, so that the first frame has a gaze, ns.
+const TRACKER_LEAD_NS: i64 = 25_000_000;
 const SAMPLE_PERIOD_NS: i64 = 5_000_000;
 /// How long before its display time a frame takes the newest gaze sample, ns.
 const FRAME_LEAD_NS: i64 = 14_000_000;
@@ -62,7 +64,9 @@ const SEEN_OPENNESS: f64 = 0.35;
 pub fn natural_look() -> Session {
     let mut eyes_now = Eyes::new();
     let gaze: Vec<GazeSample> = (0..SAMPLES).map(|index| eyes_now.sample(index)).collect();
-    let frames = (0..FRAMES).map(|frame| frame_record(frame, &gaze)).collect();
+    let frames = (0..FRAMES)
+        .map(|frame| frame_record(frame, &gaze))
+        .collect();
     Session {
         metadata: metadata(),
         gaze,
@@ -99,7 +103,11 @@ fn minimum_jerk(share: f64) -> f64 {
 fn direction(azimuth_deg: f64, elevation_deg: f64) -> DVec3 {
     let (sin_azimuth, cos_azimuth) = azimuth_deg.to_radians().sin_cos();
     let (sin_elevation, cos_elevation) = elevation_deg.to_radians().sin_cos();
-    DVec3::new(sin_azimuth * cos_elevation, sin_elevation, -cos_azimuth * cos_elevation)
+    DVec3::new(
+        sin_azimuth * cos_elevation,
+        sin_elevation,
+        -cos_azimuth * cos_elevation,
+    )
 }
 
 /// The place in LOCAL space that a look goes to, metres.
@@ -121,7 +129,10 @@ fn fixation_m(time_s: f64, head_m: DVec3) -> DVec3 {
     let from = target_m(look.saturating_sub(1), time_s) - head_m;
     let duration_s = 0.021 + 0.0022 * from.angle_between(to).to_degrees();
     let share = minimum_jerk((time_s - LOOKS[look].0) / duration_s);
-    let dir = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from.normalize(), to.normalize()), share) * from.normalize();
+    let dir = DQuat::IDENTITY.slerp(
+        DQuat::from_rotation_arc(from.normalize(), to.normalize()),
+        share,
+    ) * from.normalize();
     // Vergence, the inverse of the distance, is what the eyes change.
     let distance_m = 1.0 / (1.0 / from.length() * (1.0 - share) + 1.0 / to.length() * share);
     head_m + dir * distance_m
@@ -141,8 +152,18 @@ fn local_from_head(time_s: f64) -> (DQuat, DVec3) {
             true => PURSUIT_DEG_PER_S * (PURSUIT_END_S - PURSUIT_START_S),
             false => 0.0,
         };
-        turn(PURSUIT_START_S, PURSUIT_END_S - PURSUIT_START_S, pursued_deg, 0.0);
-        turn(start_s + 0.05, 0.55, right - from_right - pursued_deg, up - from_up);
+        turn(
+            PURSUIT_START_S,
+            PURSUIT_END_S - PURSUIT_START_S,
+            pursued_deg,
+            0.0,
+        );
+        turn(
+            start_s + 0.05,
+            0.55,
+            right - from_right - pursued_deg,
+            up - from_up,
+        );
     }
     let wave = |hertz: f64| (std::f64::consts::TAU * hertz * time_s).sin();
     let orientation = DQuat::from_euler(
@@ -161,7 +182,9 @@ fn local_from_head(time_s: f64) -> (DQuat, DVec3) {
 
 /// Openness of the lids, 0 to 1: shut in 70 ms, 50 ms shut, open again in 130 ms.
 fn openness(time_s: f64) -> f64 {
-    let shut = |start_s: f64| minimum_jerk((time_s - start_s) / 0.07) - minimum_jerk((time_s - start_s - 0.12) / 0.13);
+    let shut = |start_s: f64| {
+        minimum_jerk((time_s - start_s) / 0.07) - minimum_jerk((time_s - start_s - 0.12) / 0.13)
+    };
     1.0 - BLINKS_S.iter().map(|&start_s| shut(start_s)).sum::<f64>()
 }
 
@@ -180,7 +203,7 @@ impl Eyes {
     }
 
     fn sample(&mut self, index: i64) -> GazeSample {
-        let time_ns = START_NS + index * SAMPLE_PERIOD_NS;
+        let time_ns = START_NS - TRACKER_LEAD_NS + index * SAMPLE_PERIOD_NS;
         let time_s = seconds(time_ns);
         let openness = openness(time_s);
         let jitter_rad = self.jitter_rad(openness);
@@ -219,7 +242,12 @@ impl Eyes {
         }
         let mut tremor_rad = || 0.015_f64.to_radians() * self.noise.gaussian();
         let lid_rad = -(3.0_f64.to_radians()) * (1.0 - openness).powi(2);
-        DQuat::from_euler(EulerRot::YXZ, *right_rad + tremor_rad(), *up_rad + tremor_rad() + lid_rad, 0.0)
+        DQuat::from_euler(
+            EulerRot::YXZ,
+            *right_rad + tremor_rad(),
+            *up_rad + tremor_rad() + lid_rad,
+            0.0,
+        )
     }
 }
 
@@ -227,15 +255,25 @@ fn frame_record(frame: u64, gaze: &[GazeSample]) -> FrameRecord {
     let predicted_display_ns = START_NS + frame as i64 * FRAME_PERIOD_NS;
     let (orientation, position_m) = local_from_head(seconds(predicted_display_ns));
     let asked_ns = predicted_display_ns - FRAME_LEAD_NS;
-    let received = gaze.partition_point(|sample| sample.recv_ns.is_some_and(|recv_ns| recv_ns <= asked_ns));
+    let received =
+        gaze.partition_point(|sample| sample.recv_ns.is_some_and(|recv_ns| recv_ns <= asked_ns));
     let newest = gaze[..received].last();
-    let newest_seen = gaze[..received].iter().rev().find(|sample| sample.combined.is_some());
-    let is_newest = newest.zip(newest_seen).is_some_and(|(one, other)| one.time_ns == other.time_ns);
+    let newest_seen = gaze[..received]
+        .iter()
+        .rev()
+        .find(|sample| sample.combined.is_some());
+    let is_newest = newest
+        .zip(newest_seen)
+        .is_some_and(|(one, other)| one.time_ns == other.time_ns);
     let used = newest_seen.and_then(|sample| {
         Some(FrameGaze {
             sample_time_ns: Some(sample.time_ns),
             dir_in_view: sample.combined?.dir(),
-            state: if is_newest { GazeState::Tracked } else { GazeState::Held },
+            state: if is_newest {
+                GazeState::Tracked
+            } else {
+                GazeState::Held
+            },
         })
     });
     let fallback = FrameGaze {

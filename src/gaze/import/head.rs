@@ -35,7 +35,8 @@ impl HeadTrack {
             (Some((_, last)), _) if *last == pose => {}
             (Some((updated_ns, _)), Some(before_ns)) if before_ns < line_ns => {
                 let expected_ns = updated_ns + self.period_ns;
-                self.updates.push((expected_ns.clamp(before_ns + 1, line_ns), pose));
+                self.updates
+                    .push((expected_ns.clamp(before_ns + 1, line_ns), pose));
             }
             (None, _) => self.updates.push((line_ns, pose)),
             _ => return,
@@ -65,12 +66,17 @@ impl HeadTrack {
 
     /// The head at a time, and whether it was tracked then.
     fn at(&self, time_ns: i64) -> (Pose, bool) {
-        let later = self.updates.partition_point(|(updated_ns, _)| *updated_ns <= time_ns);
+        let later = self
+            .updates
+            .partition_point(|(updated_ns, _)| *updated_ns <= time_ns);
         let before = later.checked_sub(1).map(|index| self.updates[index]);
         match (before, self.updates.get(later)) {
             (Some((before_ns, from)), Some(&(after_ns, to))) => {
                 let share = (time_ns - before_ns) as f32 / (after_ns - before_ns) as f32;
-                (interpolate(from, to, share), after_ns - before_ns < FROZEN_NS)
+                (
+                    interpolate(from, to, share),
+                    after_ns - before_ns < FROZEN_NS,
+                )
             }
             (Some((before_ns, pose)), None) => (pose, time_ns - before_ns < FROZEN_NS),
             (None, Some(&(after_ns, pose))) => (pose, after_ns - time_ns < FROZEN_NS),
@@ -79,7 +85,12 @@ impl HeadTrack {
     }
 
     /// Display frames from `start_ns` to `end_ns`, one every display period.
-    pub fn frames(&self, start_ns: i64, end_ns: i64, head_from_eyes: [View; 2]) -> Vec<FrameRecord> {
+    pub fn frames(
+        &self,
+        start_ns: i64,
+        end_ns: i64,
+        head_from_eyes: [View; 2],
+    ) -> Vec<FrameRecord> {
         let count = ((end_ns - start_ns) / self.period_ns).max(0) as u64;
         let frame = |frame: u64| {
             let predicted_display_ns = start_ns + frame as i64 * self.period_ns;
@@ -90,7 +101,11 @@ impl HeadTrack {
                 predicted_display_ns,
                 period_ns: Some(self.period_ns),
                 local_from_head: Some(local_from_head),
-                head_flags: if tracked { head_flags::TRACKED } else { head_flags::VALID },
+                head_flags: if tracked {
+                    head_flags::TRACKED
+                } else {
+                    head_flags::VALID
+                },
                 head_from_eyes,
                 gaze: None,
                 cpu_ms: None,
@@ -136,12 +151,21 @@ mod tests {
     #[test]
     fn unity_turns_right_looks_down_and_tilts_right_with_positive_angles() {
         let forward = |euler: Vec3| pose_from_unity(Vec3::ZERO, euler).orientation * Vec3::NEG_Z;
-        assert!(forward(Vec3::new(0.0, 30.0, 0.0)).x > 0.49, "yaw to the right");
+        assert!(
+            forward(Vec3::new(0.0, 30.0, 0.0)).x > 0.49,
+            "yaw to the right"
+        );
         assert!(forward(Vec3::new(30.0, 0.0, 0.0)).y < -0.49, "pitch down");
         let up = pose_from_unity(Vec3::ZERO, Vec3::new(0.0, 0.0, 30.0)).orientation * Vec3::Y;
-        assert!(up.x < -0.49, "Unity rolls to the left with a positive angle");
+        assert!(
+            up.x < -0.49,
+            "Unity rolls to the left with a positive angle"
+        );
         let both = forward(Vec3::new(30.0, 90.0, 0.0));
-        assert!(both.x > 0.86 && both.y < -0.49, "pitch is about the head's own axis: {both}");
+        assert!(
+            both.x > 0.86 && both.y < -0.49,
+            "pitch is about the head's own axis: {both}"
+        );
     }
 
     #[test]
@@ -155,8 +179,18 @@ mod tests {
             track.push(line * LINE_NS, turned(frame as f32 * 0.5));
         }
         assert_eq!(track.updates(), 300);
-        let steps: Vec<i64> = track.updates.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-        let uneven = |steps: &[i64]| steps.iter().map(|step| (step - PERIOD_NS).abs()).max().unwrap();
+        let steps: Vec<i64> = track
+            .updates
+            .windows(2)
+            .map(|pair| pair[1].0 - pair[0].0)
+            .collect();
+        let uneven = |steps: &[i64]| {
+            steps
+                .iter()
+                .map(|step| (step - PERIOD_NS).abs())
+                .max()
+                .unwrap()
+        };
         assert!(uneven(&steps[4..]) < 100_000, "{} ns", uneven(&steps[4..]));
     }
 
@@ -177,13 +211,25 @@ mod tests {
     #[test]
     fn recentring_keeps_pitch_and_drops_yaw_and_place() {
         let mut track = HeadTrack::new(11_111_111);
-        track.push(0, pose_from_unity(Vec3::new(1.0, 2.0, 3.0), Vec3::new(10.0, 140.0, 0.0)));
-        track.push(8_000_000, pose_from_unity(Vec3::new(1.0, 2.0, 3.0), Vec3::new(10.0, 150.0, 0.0)));
+        track.push(
+            0,
+            pose_from_unity(Vec3::new(1.0, 2.0, 3.0), Vec3::new(10.0, 140.0, 0.0)),
+        );
+        track.push(
+            8_000_000,
+            pose_from_unity(Vec3::new(1.0, 2.0, 3.0), Vec3::new(10.0, 150.0, 0.0)),
+        );
         track.recentre();
         let [first, second] = [track.updates[0].1, track.updates[1].1];
         assert!(first.position_m.length() < 1e-6);
         let forward = first.orientation * Vec3::NEG_Z;
-        assert!(forward.x.abs() < 1e-6 && (forward.y + 10_f32.to_radians().sin()).abs() < 1e-6, "{forward}");
-        assert!((second.orientation * Vec3::NEG_Z).x > 0.1, "ten degrees to the right of the first");
+        assert!(
+            forward.x.abs() < 1e-6 && (forward.y + 10_f32.to_radians().sin()).abs() < 1e-6,
+            "{forward}"
+        );
+        assert!(
+            (second.orientation * Vec3::NEG_Z).x > 0.1,
+            "ten degrees to the right of the first"
+        );
     }
 }

@@ -1,11 +1,12 @@
 //! Other programs' recordings, turned into sessions. One file a format.
 
+mod clock;
 pub(crate) mod head;
 mod sranipal;
 
 use std::fmt;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek};
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 use std::str::FromStr;
 

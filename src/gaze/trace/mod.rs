@@ -180,14 +180,18 @@ impl Session {
 
     /// The newest sample that was taken at or before `time_ns`.
     pub fn gaze_at(&self, time_ns: i64) -> Option<&GazeSample> {
-        let newer = self.gaze.partition_point(|sample| sample.time_ns <= time_ns);
+        let newer = self
+            .gaze
+            .partition_point(|sample| sample.time_ns <= time_ns);
         self.gaze[..newer].last()
     }
 
     /// The head in LOCAL space at `time_ns`, interpolated between frames (rotation along the shortest arc) and held
     /// beyond the first and the last; `None` if no frame around that time knows a head pose.
     pub fn local_from_head_at(&self, time_ns: i64) -> Option<Pose> {
-        let later = self.frames.partition_point(|frame| frame.predicted_display_ns <= time_ns);
+        let later = self
+            .frames
+            .partition_point(|frame| frame.predicted_display_ns <= time_ns);
         let (before, after) = match (later.checked_sub(1), self.frames.get(later)) {
             (None, None) => return None,
             (None, Some(only)) => return only.local_from_head,
@@ -276,7 +280,9 @@ pub enum TraceError {
         column: String,
     },
     /// A row has more or fewer cells than the header.
-    #[error("{file}, line {line} has {found} cells where the first line names {expected} columns; mend or delete the line")]
+    #[error(
+        "{file}, line {line} has {found} cells where the first line names {expected} columns; mend or delete the line"
+    )]
     CellCount {
         /// The file.
         file: String,
@@ -310,7 +316,9 @@ pub enum TraceError {
         line: u64,
     },
     /// A line is far longer than any row can be.
-    #[error("{file}, line {line} is longer than {limit_bytes} bytes; this is no table of this format")]
+    #[error(
+        "{file}, line {line} is longer than {limit_bytes} bytes; this is no table of this format"
+    )]
     LineTooLong {
         /// The file.
         file: String,

@@ -46,16 +46,39 @@ impl Session {
             ..Self::default()
         };
         let warnings = &mut session.warnings;
-        session.gaze = read_table(folder, files::GAZE, MAX_GAZE_SAMPLES, warnings, GazeColumns::find)?;
-        session.frames = read_table(folder, files::FRAMES, MAX_FRAMES, warnings, FrameColumns::find)?;
+        session.gaze = read_table(
+            folder,
+            files::GAZE,
+            MAX_GAZE_SAMPLES,
+            warnings,
+            GazeColumns::find,
+        )?;
+        session.frames = read_table(
+            folder,
+            files::FRAMES,
+            MAX_FRAMES,
+            warnings,
+            FrameColumns::find,
+        )?;
         if folder.join(files::EVENTS).exists() {
-            session.events = read_table(folder, files::EVENTS, MAX_EVENTS, warnings, EventColumns::find)?;
+            session.events = read_table(
+                folder,
+                files::EVENTS,
+                MAX_EVENTS,
+                warnings,
+                EventColumns::find,
+            )?;
         }
         if session.frames.is_empty() {
-            session.warnings.push(format!("{} holds no frame, so there is nothing to replay", files::FRAMES));
+            session.warnings.push(format!(
+                "{} holds no frame, so there is nothing to replay",
+                files::FRAMES
+            ));
         }
         if session.gaze.is_empty() {
-            session.warnings.push(format!("{} holds no sample", files::GAZE));
+            session
+                .warnings
+                .push(format!("{} holds no sample", files::GAZE));
         }
         Ok(session)
     }
@@ -73,7 +96,12 @@ fn open_file(folder: &Path, name: &str) -> Result<File, TraceError> {
     File::open(&path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => not_a_session(
             folder,
-            format!("{name} is missing; a session holds {}, {} and {}", files::METADATA, files::GAZE, files::FRAMES),
+            format!(
+                "{name} is missing; a session holds {}, {} and {}",
+                files::METADATA,
+                files::GAZE,
+                files::FRAMES
+            ),
         ),
         _ => TraceError::Read {
             file: path.display().to_string(),
@@ -97,11 +125,17 @@ fn read_metadata(folder: &Path) -> Result<Metadata, TraceError> {
         reason,
     };
     if text.len() as u64 > MAX_METADATA_BYTES {
-        return Err(damaged(format!("it is larger than {MAX_METADATA_BYTES} bytes")));
+        return Err(damaged(format!(
+            "it is larger than {MAX_METADATA_BYTES} bytes"
+        )));
     }
-    let envelope: Envelope = serde_json::from_slice(&text).map_err(|error| damaged(error.to_string()))?;
+    let envelope: Envelope =
+        serde_json::from_slice(&text).map_err(|error| damaged(error.to_string()))?;
     if envelope.format != FORMAT {
-        return Err(damaged(format!("its format is `{}`, not `{FORMAT}`", envelope.format)));
+        return Err(damaged(format!(
+            "its format is `{}`, not `{FORMAT}`",
+            envelope.format
+        )));
     }
     if envelope.version != VERSION {
         return Err(damaged(format!(
@@ -132,7 +166,9 @@ fn read_table<C: Columns>(
     let file = folder.join(name).display().to_string();
     let reader = BufReader::new(open_file(folder, name)?);
     let Some(mut table) = Table::open(file.clone(), b',', reader)? else {
-        warnings.push(format!("{name} ends before its first line is complete; it holds nothing"));
+        warnings.push(format!(
+            "{name} ends before its first line is complete; it holds nothing"
+        ));
         return Ok(Vec::new());
     };
     let columns = find(&table)?;
@@ -217,7 +253,12 @@ impl GazeColumns {
 }
 
 /// A valid flag, an origin (the middle between the eyes where the file tells none) and a direction.
-fn read_ray(row: &Row<'_>, valid: Column, origin: [Column; 3], dir: [Column; 3]) -> Result<Option<GazeRay>, TraceError> {
+fn read_ray(
+    row: &Row<'_>,
+    valid: Column,
+    origin: [Column; 3],
+    dir: [Column; 3],
+) -> Result<Option<GazeRay>, TraceError> {
     if !row.flag(valid)? {
         return Ok(None);
     }
@@ -349,7 +390,10 @@ impl FrameColumns {
             sample_time_ns: row.time_ns(self.gaze_time)?,
             dir_in_view,
             state: row.text(self.gaze_state).parse().map_err(|()| {
-                row.problem(self.gaze_state, "is none of tracked, held, predicted, fallback, replay")
+                row.problem(
+                    self.gaze_state,
+                    "is none of tracked, held, predicted, fallback, replay",
+                )
             })?,
         }))
     }
@@ -362,7 +406,10 @@ impl Columns for FrameColumns {
         let local_from_head = self.head.pose(row)?;
         let flags = row.integer(self.head_flags)?.unwrap_or(0);
         if flags & head_flags::VALID != 0 && local_from_head.is_none() {
-            return Err(row.problem(self.head_flags, "calls a head pose valid that the row does not hold; fill the pose in, or write 0"));
+            return Err(row.problem(
+                self.head_flags,
+                "calls a head pose valid that the row does not hold; fill the pose in, or write 0",
+            ));
         }
         let period_ns = row.time_ns(self.period)?;
         Ok(FrameRecord {
@@ -372,7 +419,10 @@ impl Columns for FrameColumns {
             period_ns,
             local_from_head,
             head_flags: flags,
-            head_from_eyes: [Self::eye(row, &self.eyes[0])?, Self::eye(row, &self.eyes[1])?],
+            head_from_eyes: [
+                Self::eye(row, &self.eyes[0])?,
+                Self::eye(row, &self.eyes[1])?,
+            ],
             gaze: self.gaze(row)?,
             cpu_ms: row.number(self.cpu_ms)?,
             gpu_ms: row.number(self.gpu_ms)?,

@@ -34,7 +34,7 @@ pub(crate) struct Table<R> {
 }
 
 /// Where a column is. A column that the file lacks reads as empty cells.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Column(Option<usize>);
 
 struct Cell {
@@ -50,7 +50,11 @@ enum Line {
 
 impl<R: BufRead> Table<R> {
     /// Reads the header. `None`: the file ends before its header is complete.
-    pub fn open(file: impl Into<String>, delimiter: u8, reader: R) -> Result<Option<Self>, TraceError> {
+    pub fn open(
+        file: impl Into<String>,
+        delimiter: u8,
+        reader: R,
+    ) -> Result<Option<Self>, TraceError> {
         let mut table = Self {
             file: file.into(),
             delimiter,
@@ -65,8 +69,13 @@ impl<R: BufRead> Table<R> {
         if !table.next_line()? {
             return Ok(None);
         }
-        let names = table.cells.iter().map(|cell| &table.text[cell.bytes.clone()]);
-        table.header = names.map(|name| name.trim_start_matches('\u{feff}').trim().to_owned()).collect();
+        let names = table
+            .cells
+            .iter()
+            .map(|cell| &table.text[cell.bytes.clone()]);
+        table.header = names
+            .map(|name| name.trim_start_matches('\u{feff}').trim().to_owned())
+            .collect();
         Ok(Some(table))
     }
 
@@ -221,7 +230,10 @@ impl Row<'_> {
         TraceError::Cell {
             file: self.file.to_owned(),
             line: self.line,
-            column: column.and_then(|index| self.header.get(index)).cloned().unwrap_or_default(),
+            column: column
+                .and_then(|index| self.header.get(index))
+                .cloned()
+                .unwrap_or_default(),
             text: self.text(Column(column)).chars().take(40).collect(),
             problem: problem.into(),
         }
@@ -239,7 +251,10 @@ impl Row<'_> {
             return Ok(None);
         }
         let value = text.parse().map_err(|_| {
-            self.problem(column, "is not a whole number in range; write digits, or leave the cell empty")
+            self.problem(
+                column,
+                "is not a whole number in range; write digits, or leave the cell empty",
+            )
         })?;
         Ok(Some(value))
     }
@@ -252,13 +267,23 @@ impl Row<'_> {
         }
         match text.parse::<f32>() {
             Ok(value) if value.is_finite() => Ok(Some(value)),
-            Ok(_) => Err(self.problem(column, "is not finite; leave the cell empty where there is no value")),
-            Err(_) => Err(self.problem(column, "is not a number; write a decimal number, or leave the cell empty")),
+            Ok(_) => Err(self.problem(
+                column,
+                "is not finite; leave the cell empty where there is no value",
+            )),
+            Err(_) => Err(self.problem(
+                column,
+                "is not a number; write a decimal number, or leave the cell empty",
+            )),
         }
     }
 
     /// A finite number between two bounds.
-    pub fn number_within(&self, column: Column, range: std::ops::RangeInclusive<f32>) -> Result<Option<f32>, TraceError> {
+    pub fn number_within(
+        &self,
+        column: Column,
+        range: std::ops::RangeInclusive<f32>,
+    ) -> Result<Option<f32>, TraceError> {
         match self.number(column)? {
             Some(value) if !range.contains(&value) => Err(self.problem(
                 column,
@@ -280,9 +305,10 @@ impl Row<'_> {
     /// A time in nanoseconds of `XrTime`, which is positive.
     pub fn time_ns(&self, column: Column) -> Result<Option<i64>, TraceError> {
         match self.integer::<i64>(column)? {
-            Some(time_ns) if time_ns <= 0 => {
-                Err(self.problem(column, "is not a time; XrTime is a positive number of nanoseconds"))
-            }
+            Some(time_ns) if time_ns <= 0 => Err(self.problem(
+                column,
+                "is not a time; XrTime is a positive number of nanoseconds",
+            )),
             time_ns => Ok(time_ns),
         }
     }
@@ -311,7 +337,10 @@ impl Row<'_> {
         Ok(unit_rotation(rotation))
     }
 
-    fn numbers<const N: usize>(&self, columns: [Column; N]) -> Result<Option<[f32; N]>, TraceError> {
+    fn numbers<const N: usize>(
+        &self,
+        columns: [Column; N],
+    ) -> Result<Option<[f32; N]>, TraceError> {
         let mut values = [0.0; N];
         if columns.iter().all(|&column| self.text(column).is_empty()) {
             return Ok(None);
@@ -337,10 +366,15 @@ mod tests {
 
     fn cells(line: &str) -> Vec<String> {
         let text = format!("a,b,c\n{line}\n");
-        let mut table = Table::open("t.csv", b',', text.as_bytes()).unwrap().unwrap();
+        let mut table = Table::open("t.csv", b',', text.as_bytes())
+            .unwrap()
+            .unwrap();
         let columns: Vec<_> = ["a", "b", "c"].map(|name| table.optional(name)).into();
         let row = table.next_row().unwrap().unwrap();
-        columns.into_iter().map(|column| row.text(column).into_owned()).collect()
+        columns
+            .into_iter()
+            .map(|column| row.text(column).into_owned())
+            .collect()
     }
 
     #[test]
@@ -354,17 +388,40 @@ mod tests {
     fn a_line_beyond_the_limit_is_refused_without_reading_on() {
         let endless = std::io::repeat(b'x');
         let result = Table::open("t.csv", b',', std::io::BufReader::new(endless));
-        assert!(matches!(result, Err(TraceError::LineTooLong { line: 1, .. })));
+        assert!(matches!(
+            result,
+            Err(TraceError::LineTooLong { line: 1, .. })
+        ));
     }
 
     #[test]
     fn an_error_names_file_line_and_column() {
-        let mut table = Table::open("t.csv", b',', "a,b\n1,2\n\n3,x\n".as_bytes()).unwrap().unwrap();
+        let mut table = Table::open("t.csv", b',', "a,b\n1,2\n\n3,x\n".as_bytes())
+            .unwrap()
+            .unwrap();
         let b = table.column("b").unwrap();
-        assert_eq!(table.next_row().unwrap().unwrap().number(b).unwrap(), Some(2.0));
-        let message = table.next_row().unwrap().unwrap().number(b).unwrap_err().to_string();
-        assert!(message.contains("t.csv, line 4, column b: `x`"), "{message}");
-        assert!(table.column("c").unwrap_err().to_string().contains("no column `c`"));
+        assert_eq!(
+            table.next_row().unwrap().unwrap().number(b).unwrap(),
+            Some(2.0)
+        );
+        let message = table
+            .next_row()
+            .unwrap()
+            .unwrap()
+            .number(b)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains("t.csv, line 4, column b: `x`"),
+            "{message}"
+        );
+        assert!(
+            table
+                .column("c")
+                .unwrap_err()
+                .to_string()
+                .contains("no column `c`")
+        );
     }
 
     proptest! {

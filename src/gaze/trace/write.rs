@@ -69,7 +69,11 @@ impl SessionWriter {
     /// Adds a frame. `false`: it is left out, because it is not later than the last one (time stood still or ran
     /// backwards), or because an eye has no finite pose and valid field of view. A head pose that is not finite is left empty.
     pub fn frame(&mut self, frame: &FrameRecord) -> Result<bool, TraceError> {
-        if !frame.head_from_eyes.iter().all(|view| finite_pose(view.pose).is_some() && view.fov.is_valid()) {
+        if !frame
+            .head_from_eyes
+            .iter()
+            .all(|view| finite_pose(view.pose).is_some() && view.fov.is_valid())
+        {
             return Ok(false);
         }
         self.frames
@@ -91,7 +95,9 @@ impl SessionWriter {
     /// Makes sure that all lines are on the disk (and survive a loss of power, not only of the program).
     pub fn sync(&mut self) -> Result<(), TraceError> {
         for log in [&self.gaze, &self.frames, &self.events] {
-            log.file.sync_data().map_err(|source| write_error(&log.path, source))?;
+            log.file
+                .sync_data()
+                .map_err(|source| write_error(&log.path, source))?;
         }
         Ok(())
     }
@@ -143,7 +149,11 @@ impl Log {
         })
     }
 
-    fn append_newer(&mut self, time_ns: i64, line: impl FnOnce() -> Line) -> Result<bool, TraceError> {
+    fn append_newer(
+        &mut self,
+        time_ns: i64,
+        line: impl FnOnce() -> Line,
+    ) -> Result<bool, TraceError> {
         if time_ns <= self.last_time_ns {
             return Ok(false);
         }
@@ -217,7 +227,10 @@ fn gaze_header() -> String {
     let eyes = EYE_PREFIXES.map(|e| {
         format!("{e}_valid,{e}_ox,{e}_oy,{e}_oz,{e}_dx,{e}_dy,{e}_dz,{e}_openness,{e}_pupil_mm")
     });
-    format!("time_ns,recv_ns,valid,ox,oy,oz,dx,dy,dz,confidence,{}", eyes.join(","))
+    format!(
+        "time_ns,recv_ns,valid,ox,oy,oz,dx,dy,dz,confidence,{}",
+        eyes.join(",")
+    )
 }
 
 fn gaze_line(sample: &GazeSample) -> Line {
@@ -256,10 +269,19 @@ fn frame_line(frame: &FrameRecord) -> Line {
     line.maybe(frame.period_ns);
     let local_from_head = frame.local_from_head.and_then(finite_pose);
     line.pose(local_from_head);
-    line.cell(if local_from_head.is_some() { frame.head_flags } else { 0 });
+    line.cell(if local_from_head.is_some() {
+        frame.head_flags
+    } else {
+        0
+    });
     for view in &frame.head_from_eyes {
         line.pose(finite_pose(view.pose));
-        for angle in [view.fov.left_rad, view.fov.right_rad, view.fov.up_rad, view.fov.down_rad] {
+        for angle in [
+            view.fov.left_rad,
+            view.fov.right_rad,
+            view.fov.up_rad,
+            view.fov.down_rad,
+        ] {
             line.cell(angle);
         }
     }
