@@ -215,3 +215,35 @@ fn a_gaze_is_two_angles_in_range() {
         assert!(bad.parse::<GazeAngles>().is_err(), "{bad}");
     }
 }
+
+#[test]
+fn the_command_line_wants_gaze_and_field_of_view_together() {
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+    let parse = |options: &[&str]| {
+        let words = ["compare", "image.exr", "reference.exr"]
+            .iter()
+            .chain(options);
+        <Line as clap::Parser>::try_parse_from(words).map(|line| line.args)
+    };
+    let plain = parse(&[]).unwrap();
+    assert_eq!((plain.gaze, plain.fovea), (None, 9.78));
+    let gaze = parse(&["--gaze", "-5,-2.5", "--vfov", "60"])
+        .unwrap()
+        .gaze
+        .unwrap();
+    assert_eq!((gaze.azimuth_deg, gaze.elevation_deg), (-5.0, -2.5));
+    for wrong in [
+        &["--gaze", "1,2"][..],
+        &["--vfov", "60"],
+        &["--fovea", "5"],
+        &["--gaze", "1", "--vfov", "60"],
+        &["--gaze", "1,2", "--vfov", "180"],
+        &["--gaze", "1,2", "--vfov", "nan"],
+    ] {
+        assert!(parse(wrong).is_err(), "{wrong:?}");
+    }
+}

@@ -1,9 +1,16 @@
 //! The command line: the only place that prints, reads the environment or ends the process. One file a subcommand.
 
+pub mod commands;
+pub mod common;
 pub mod compare;
+pub mod doctor;
+pub mod help;
 pub mod output;
 pub mod progress;
 pub mod session;
+pub mod render;
+
+pub use commands::main;
 
 use std::error::Error;
 use std::fmt;

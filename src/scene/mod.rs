@@ -12,6 +12,8 @@ mod document;
 pub mod effects;
 mod error;
 mod file;
+pub mod gpu_geometry;
+pub mod gpu_scene;
 mod light;
 pub mod light_table;
 mod limits;
