@@ -14,9 +14,9 @@ pub struct Summary {
     pub duration_s: f64,
     /// Eye-tracker samples.
     pub gaze_samples: usize,
-    /// Their rate, Hz, by the median interval.
+    /// Their rate, Hz, gaps left out.
     pub gaze_rate_hz: f64,
-    /// Intervals of more than 1.5 times the median.
+    /// Intervals of more than 1.5 times the median one.
     pub gaze_gaps: usize,
     /// Longest interval between samples, seconds.
     pub gaze_longest_gap_s: f64,
@@ -28,7 +28,7 @@ pub struct Summary {
     pub gaze_median_latency_s: Option<f64>,
     /// Display frames.
     pub frames: usize,
-    /// Their rate, Hz, by the median interval.
+    /// Their rate, Hz, gaps left out.
     pub frame_rate_hz: f64,
     /// Share of frames in which the head was tracked.
     pub head_tracked_share: f64,
@@ -99,8 +99,7 @@ impl Summary {
             .iter()
             .map(|frame| frame.predicted_display_ns)
             .collect();
-        let gaze_steps = steps_s(&gaze_times);
-        let gaze_step_s = median(gaze_steps.clone());
+        let gaze = Rhythm::of(&gaze_times);
         let events = detect_events(session, EventParams::default());
         let count = |kind: EventKind| events.iter().filter(|event| event.kind == kind).count();
         let saccades = events
@@ -114,18 +113,15 @@ impl Summary {
         Self {
             duration_s: session.duration_ns() as f64 * 1e-9,
             gaze_samples: session.gaze.len(),
-            gaze_rate_hz: gaze_step_s.map_or(0.0, f64::recip),
-            gaze_gaps: gaze_steps
-                .iter()
-                .filter(|&&step| step > 1.5 * gaze_step_s.unwrap_or(0.0))
-                .count(),
-            gaze_longest_gap_s: gaze_steps.iter().copied().fold(0.0, f64::max),
+            gaze_rate_hz: gaze.rate_hz,
+            gaze_gaps: gaze.gaps,
+            gaze_longest_gap_s: gaze.longest_s,
             gaze_valid_share: share(&session.gaze, |sample| sample.combined.is_some()),
             eye_valid_share: [0, 1]
                 .map(|eye| share(&session.gaze, |sample| sample.eyes[eye].ray.is_some())),
             gaze_median_latency_s: median(latencies.collect()),
             frames: session.frames.len(),
-            frame_rate_hz: median(steps_s(&frame_times)).map_or(0.0, f64::recip),
+            frame_rate_hz: Rhythm::of(&frame_times).rate_hz,
             head_tracked_share: share(&session.frames, |frame| {
                 frame.head_flags & head_flags::TRACKED == head_flags::TRACKED
             }),
@@ -153,11 +149,37 @@ impl Summary {
     }
 }
 
-fn steps_s(times_ns: &[i64]) -> Vec<f64> {
-    times_ns
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]) as f64 * 1e-9)
-        .collect()
+/// How evenly times follow each other.
+struct Rhythm {
+    rate_hz: f64,
+    gaps: usize,
+    longest_s: f64,
+}
+
+impl Rhythm {
+    fn of(times_ns: &[i64]) -> Self {
+        let steps_s: Vec<f64> = times_ns
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]) as f64 * 1e-9)
+            .collect();
+        let gap_s = 1.5 * median(steps_s.clone()).unwrap_or(0.0);
+        let even: Vec<f64> = steps_s
+            .iter()
+            .copied()
+            .filter(|&step_s| step_s <= gap_s)
+            .collect();
+        // The mean, because times in whole milliseconds have no median of their own.
+        let even_s: f64 = even.iter().sum();
+        Self {
+            rate_hz: if even_s > 0.0 {
+                even.len() as f64 / even_s
+            } else {
+                0.0
+            },
+            gaps: steps_s.len() - even.len(),
+            longest_s: steps_s.into_iter().fold(0.0, f64::max),
+        }
+    }
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

@@ -17,6 +17,8 @@ const START_NS: i64 = 1_000_000_000;
 const FRAMES: u64 = 900;
 const FRAME_PERIOD_NS: i64 = 11_111_111;
 const SAMPLES: i64 = 2000;
+/// How long before the first frame the tracker runs, so that the first frame has a gaze, ns.
+const TRACKER_LEAD_NS: i64 = 25_000_000;
 const SAMPLE_PERIOD_NS: i64 = 5_000_000;
 /// How long before its display time a frame takes the newest gaze sample, ns.
 const FRAME_LEAD_NS: i64 = 14_000_000;
@@ -201,7 +203,7 @@ impl Eyes {
     }
 
     fn sample(&mut self, index: i64) -> GazeSample {
-        let time_ns = START_NS + index * SAMPLE_PERIOD_NS;
+        let time_ns = START_NS - TRACKER_LEAD_NS + index * SAMPLE_PERIOD_NS;
         let time_s = seconds(time_ns);
         let openness = openness(time_s);
         let jitter_rad = self.jitter_rad(openness);

@@ -1,5 +1,6 @@
 //! Other programs' recordings, turned into sessions. One file a format.
 
+mod clock;
 pub(crate) mod head;
 mod sranipal;
 

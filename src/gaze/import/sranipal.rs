@@ -7,6 +7,7 @@ use std::io::BufRead;
 
 use glam::Vec3;
 
+use super::clock::{CounterReading, fitted_times_ns};
 use super::head::{HeadTrack, eyes, pose_from_unity};
 use super::{Format, ImportReport, Imported};
 use crate::gaze::summary::Summary;
@@ -39,8 +40,6 @@ const IPD_RANGE_M: std::ops::RangeInclusive<f32> = 0.050..=0.080;
 const MIN_BINOCULAR_SHARE: f64 = 0.1;
 /// Below this share of valid samples the import warns.
 const LOW_VALID_SHARE: f64 = 0.8;
-/// Largest delay between device and computer clock that still lets the device's times be used, ns.
-const MAX_CLOCK_SPREAD_NS: f64 = 100e6;
 /// How many damaged lines are named.
 const DAMAGE_NAMED: usize = 10;
 
@@ -54,7 +53,7 @@ const FOV_TANGENTS: [[f32; 4]; 2] = [
 
 struct Line {
     line_ns: i64,
-    device_ms: i32,
+    counter: CounterReading,
     eyes: [EyeSample; 2],
     local_from_head: Option<Pose>,
 }
@@ -235,7 +234,10 @@ impl Columns {
         }
         let line = Line {
             line_ns,
-            device_ms: row.required(self.device_ms, row.integer(self.device_ms)?)?,
+            counter: CounterReading {
+                counter_ms: row.required(self.device_ms, row.integer(self.device_ms)?)?,
+                line_ns,
+            },
             eyes: [self.eyes[0].sample(row)?, self.eyes[1].sample(row)?],
             local_from_head: self.head(row)?,
         };
@@ -286,7 +288,11 @@ fn view_from_sranipal(vector: Vec3) -> Vec3 {
 
 /// The session that the lines make, and how many of them repeat a sample.
 fn assemble(lines: &[Line], warnings: &mut Vec<String>) -> (Session, usize) {
-    let times_ns = sample_times_ns(lines, warnings);
+    let counter: Vec<CounterReading> = lines.iter().map(|line| line.counter).collect();
+    let times_ns = fitted_times_ns(&counter).unwrap_or_else(|| {
+        warnings.push("time_stamp(ms) does not run with time(100ns); samples are given the times of their lines, which jitter by some milliseconds".to_owned());
+        lines.iter().map(|line| line.line_ns).collect()
+    });
     let mut track = HeadTrack::new(DISPLAY_PERIOD_NS);
     for line in lines {
         if let Some(pose) = line.local_from_head {
@@ -400,49 +406,6 @@ impl EyeCentre {
     }
 }
 
-/// When the samples were taken: the tracker's millisecond counter (which wraps at 32 bits), fitted to the computer's clock by
-/// least squares, so that drift between the clocks goes and the jitter of writing the lines with it; then shifted so that no sample is
-/// received before it was taken. Where the counter makes no sense the lines' own times are used.
-fn sample_times_ns(lines: &[Line], warnings: &mut Vec<String>) -> Vec<i64> {
-    let mut device_ns = 0.0;
-    let mut previous_ms = lines.first().map_or(0, |line| line.device_ms);
-    let pairs: Vec<(f64, f64)> = lines
-        .iter()
-        .map(|line| {
-            device_ns += f64::from(line.device_ms.wrapping_sub(previous_ms)) * 1e6;
-            previous_ms = line.device_ms;
-            (device_ns, (line.line_ns - START_NS) as f64)
-        })
-        .collect();
-    let count = pairs.len() as f64;
-    let mean = |pick: fn(&(f64, f64)) -> f64| pairs.iter().map(pick).sum::<f64>() / count;
-    let (mean_device, mean_line) = (mean(|pair| pair.0), mean(|pair| pair.1));
-    let covariance: f64 = pairs
-        .iter()
-        .map(|(device, line)| (device - mean_device) * (line - mean_line))
-        .sum();
-    let variance: f64 = pairs
-        .iter()
-        .map(|(device, _)| (device - mean_device).powi(2))
-        .sum();
-    let drift = covariance / variance;
-    let fitted = |device: f64| mean_line + drift * (device - mean_device);
-    let delays = pairs.iter().map(|(device, line)| line - fitted(*device));
-    let (least, most) = delays.fold(
-        (f64::INFINITY, f64::NEG_INFINITY),
-        |(least, most), delay| (least.min(delay), most.max(delay)),
-    );
-    if !((drift - 1.0).abs() < 0.01 && most - least < MAX_CLOCK_SPREAD_NS) {
-        warnings.push("time_stamp(ms) does not run with time(100ns); samples are given the times of their lines, which jitter by some milliseconds".to_owned());
-        return lines.iter().map(|line| line.line_ns).collect();
-    }
-    // The first samples may have been taken shortly before the first line, never before XrTime begins.
-    pairs
-        .iter()
-        .map(|(device, _)| (START_NS + (fitted(*device) + least) as i64).max(1))
-        .collect()
-}
-
 fn warn(summary: &Summary, parsed: &Parsed, warnings: &mut Vec<String>) {
     if parsed.damaged > 0 {
         warnings.push(format!(
@@ -459,55 +422,5 @@ fn warn(summary: &Summary, parsed: &Parsed, warnings: &mut Vec<String>) {
     }
     if summary.reflex.is_some_and(|reflex| reflex.contradicts()) {
         warnings.push("the eyes turn with the head instead of against it: left and right of the gaze or of the head are swapped in the file".to_owned());
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn line(device_ms: i32, line_ns: i64) -> Line {
-        Line {
-            line_ns,
-            device_ms,
-            eyes: [EyeSample::default(); 2],
-            local_from_head: None,
-        }
-    }
-
-    #[test]
-    fn the_trackers_counter_wraps_without_a_gap() {
-        let lines: Vec<Line> = (0..200)
-            .map(|i: i32| {
-                let jitter_ns = i64::from(i % 3) * 1_000_000;
-                line(
-                    (i32::MAX - 800).wrapping_add(8 * i),
-                    START_NS + i64::from(i) * 8_000_000 + jitter_ns,
-                )
-            })
-            .collect();
-        let mut warnings = Vec::new();
-        let times = sample_times_ns(&lines, &mut warnings);
-        assert!(warnings.is_empty(), "{warnings:?}");
-        assert!(
-            times
-                .windows(2)
-                .all(|pair| ((pair[1] - pair[0]) - 8_000_000).abs() < 10_000)
-        );
-        assert!(
-            times
-                .iter()
-                .zip(&lines)
-                .all(|(time, line)| *time <= line.line_ns)
-        );
-    }
-
-    #[test]
-    fn a_counter_that_stands_still_is_not_trusted() {
-        let lines: Vec<Line> = (0..50).map(|i| line(5, START_NS + i * 8_000_000)).collect();
-        let mut warnings = Vec::new();
-        let times = sample_times_ns(&lines, &mut warnings);
-        assert_eq!(warnings.len(), 1);
-        assert_eq!(times[7], lines[7].line_ns);
     }
 }

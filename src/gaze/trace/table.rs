@@ -34,7 +34,7 @@ pub(crate) struct Table<R> {
 }
 
 /// Where a column is. A column that the file lacks reads as empty cells.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Column(Option<usize>);
 
 struct Cell {
