@@ -234,6 +234,17 @@ knobs! {
         /// Gather radius in the periphery, in foveal radii.
         periphery_radius_scale: f32 = 1.5, 1.0, 8.0, "1", "less noise where detail can't be seen";
     }
+    /// What stands in for a gaze that is lost or meets nothing.
+    gaze: Gaze {
+        /// How long the last fixation is held once the eyes are lost.
+        hold_s: f32 = 0.5, 0.0, 60.0, "s", "longer than any blink";
+        /// How fast the regions widen after that.
+        widening_deg_s: f32 = 10.0, 0.0, 180.0, "degrees/s", "unsure, not gone";
+        /// How far they widen at most.
+        widening_max_deg: f32 = 20.0, 0.0, 60.0, "degrees", "covers most of what a head looks at";
+        /// Where the eyes aim when the gaze meets nothing.
+        default_distance_m: f32 = 2.0, 0.1, 1000.0, "m", "beyond it the eyes differ by less than 1.8 degrees";
+    }
     /// Showing pictures.
     display: Display {
         /// Exposure of shown pictures; files of radiance are not touched.

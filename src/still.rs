@@ -2,8 +2,6 @@
 //!
 //! Every pass is a picture of its own radius, so stopping after any of them leaves a whole picture.
 
-use std::f32::consts::PI;
-
 use glam::Vec3;
 
 use crate::gather::{EyeImage, EyeSettings};
@@ -42,7 +40,7 @@ impl<'a> Still<'a> {
         size: (u32, u32),
         gaze_dir_in_view: Option<Vec3>,
     ) -> Result<Self, GpuError> {
-        let eye = eye_settings(params, view, gaze_dir_in_view);
+        let eye = EyeSettings::new(params, view, gaze_dir_in_view);
         Ok(Self {
             gpu,
             params: params.clone(),
@@ -97,39 +95,5 @@ impl<'a> Still<'a> {
     /// The parameters that the picture is made with.
     pub fn params(&self) -> &Params {
         &self.params
-    }
-}
-
-/// What an eye's pixels get by the parameters; without a gaze the whole image is fovea.
-pub fn eye_settings(params: &Params, view: View, gaze_dir_in_view: Option<Vec3>) -> EyeSettings {
-    let fovea = &params.fovea;
-    let (fovea_radius_rad, transition_radius_rad) = match gaze_dir_in_view {
-        Some(_) => (
-            fovea.radius_deg.to_radians(),
-            fovea.transition_deg.to_radians(),
-        ),
-        None => (2.0 * PI, 2.0 * PI),
-    };
-    EyeSettings {
-        scene_from_view: view.pose.to_affine(),
-        fov: view.fov,
-        gaze_dir_in_view: gaze_dir_in_view.unwrap_or(Vec3::NEG_Z),
-        fovea_radius_rad,
-        transition_radius_rad,
-        samples: [
-            fovea.samples,
-            fovea.transition_samples,
-            fovea.periphery_samples,
-        ],
-        radius_scale: [
-            1.0,
-            fovea.transition_radius_scale,
-            fovea.periphery_radius_scale,
-        ],
-        shadow_rays: params.direct.shadow_rays,
-        light_candidates: params.direct.candidates,
-        chain_max: params.eye.chain_max,
-        seed: params.random.seed,
-        frame: 0,
     }
 }

@@ -6,8 +6,10 @@ mod shared;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use macula::cli::compare::{Args, GazeAngles, judge};
+use macula::cli::CliError;
+use macula::cli::compare::{Args, GazeAngles, Judgement};
 use macula::image::{LinearImage, exr};
+use macula::metrics::region::EccentricityLimits;
 use shared::shared;
 
 fn args(image: &Path, reference: &Path) -> Args {
@@ -17,9 +19,15 @@ fn args(image: &Path, reference: &Path) -> Args {
         gaze: None,
         vfov: None,
         reference_se: None,
-        fovea: 9.78,
-        transition: 14.78,
     }
+}
+
+fn judge(args: &Args) -> Result<Judgement, CliError> {
+    let limits = EccentricityLimits {
+        fovea_rad: 9.78_f64.to_radians(),
+        transition_rad: 14.78_f64.to_radians(),
+    };
+    macula::cli::compare::judge(args, limits)
 }
 
 fn write(folder: &Path, name: &str, image: &LinearImage) -> PathBuf {
@@ -214,4 +222,74 @@ fn a_gaze_is_two_angles_in_range() {
     ] {
         assert!(bad.parse::<GazeAngles>().is_err(), "{bad}");
     }
+}
+
+#[test]
+fn the_command_line_wants_gaze_and_field_of_view_together() {
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+    let parse = |options: &[&str]| {
+        let words = ["compare", "image.exr", "reference.exr"]
+            .iter()
+            .chain(options);
+        <Line as clap::Parser>::try_parse_from(words).map(|line| line.args)
+    };
+    assert_eq!(parse(&[]).unwrap().gaze, None);
+    let gaze = parse(&["--gaze", "-5,-2.5", "--vfov", "60"])
+        .unwrap()
+        .gaze
+        .unwrap();
+    assert_eq!((gaze.azimuth_deg, gaze.elevation_deg), (-5.0, -2.5));
+    for wrong in [
+        &["--gaze", "1,2"][..],
+        &["--vfov", "60"],
+        &["--gaze", "1", "--vfov", "60"],
+        &["--gaze", "1,2", "--vfov", "180"],
+        &["--gaze", "1,2", "--vfov", "nan"],
+    ] {
+        assert!(parse(wrong).is_err(), "{wrong:?}");
+    }
+}
+
+#[test]
+fn the_program_prints_one_object_and_ends_as_promised() {
+    let folder = tempfile::tempdir().unwrap();
+    let reference = write(folder.path(), "reference.exr", &flat(16, 16, 1.0));
+    let candidate = write(folder.path(), "candidate.exr", &flat(16, 16, 1.25));
+    let macula = |words: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_macula"))
+            .current_dir(folder.path())
+            .arg("compare")
+            .args(words)
+            .output()
+            .unwrap()
+    };
+    let gaze = [
+        "candidate.exr",
+        "reference.exr",
+        "--gaze",
+        "0,0",
+        "--vfov",
+        "60",
+    ];
+    let output = macula(&[&gaze[..], &["--json", "--set", "fovea.radius_deg=5"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["whole"]["mean_ratio"][2], 1.25);
+    let limit = json["fovea_limit_rad"].as_f64().unwrap();
+    assert!((limit - 5_f64.to_radians()).abs() < 1e-6);
+    let regions = ["fovea", "transition", "periphery"];
+    let pixels = regions.map(|region| json[region]["pixels"].as_u64().unwrap());
+    assert_eq!(pixels.iter().sum::<u64>(), 256);
+
+    let output = macula(&["candidate.exr", "absent.exr"]);
+    assert_eq!(output.status.code(), Some(1));
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert!(complaint.starts_with("error: ") && complaint.contains("absent.exr"));
+    assert!(complaint.contains("caused by: "), "{complaint}");
+    assert_eq!(macula(&gaze[..4]).status.code(), Some(2));
+    assert!(reference.exists() && candidate.exists());
 }

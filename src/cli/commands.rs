@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use super::{CliResult, Globals, compare, help, render};
+use super::{CliResult, Globals, compare, demo, doctor, help, render, replay};
 
 /// Real-time global illumination that follows the eye: replay recorded head and gaze sessions through OpenXR, lit by photon mapping.
 #[derive(Debug, Parser)]
@@ -24,16 +24,22 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::Args),
+    Replay(replay::Args),
     Render(render::Args),
     Compare(compare::Args),
+    Doctor(doctor::Args),
     Help(help::Args),
 }
 
 impl Command {
     fn run(self, globals: &Globals) -> CliResult {
         match self {
+            Self::Demo(args) => demo::run(args, globals),
+            Self::Replay(args) => replay::run(args, globals),
             Self::Render(args) => render::run(args, globals),
             Self::Compare(args) => compare::run(args, globals),
+            Self::Doctor(args) => doctor::run(args, globals),
             Self::Help(args) => help::run(args),
         }
     }

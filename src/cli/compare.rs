@@ -7,7 +7,7 @@ use std::str::FromStr;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{CliError, CliResult, Globals};
+use super::{CliError, CliResult, Globals, common};
 use crate::image::{LinearImage, exr};
 use crate::metrics::error::{ErrorStats, ImagePair};
 use crate::metrics::region::{EccentricityLimits, eccentricities_rad};
@@ -23,7 +23,8 @@ pub struct Args {
     /// What it should be, of the same size.
     #[arg(value_name = "REFERENCE.exr")]
     pub reference: PathBuf,
-    /// Where the eye looked, in degrees right and up of the picture's axis: judge fovea, transition and periphery too.
+    /// Where the eye looked, in degrees right and up of the picture's axis: judge fovea, transition and periphery too (their limits are
+    /// `fovea.radius_deg` and `fovea.transition_deg`).
     #[arg(
         long,
         value_name = "AZ,EL",
@@ -37,12 +38,6 @@ pub struct Args {
     /// The standard error of each pixel of the reference: its noise is taken off the errors.
     #[arg(long, value_name = "FILE.exr")]
     pub reference_se: Option<PathBuf>,
-    /// Where the fovea ends, in degrees from the gaze.
-    #[arg(long, value_name = "DEG", default_value_t = 9.78, requires = "gaze")]
-    pub fovea: f64,
-    /// Where the transition ends and the periphery begins, in degrees from the gaze.
-    #[arg(long, value_name = "DEG", default_value_t = 14.78, requires = "gaze")]
-    pub transition: f64,
 }
 
 /// A direction of gaze in angles from the view's axis, as the command line takes it: `AZ,EL` in degrees.
@@ -128,7 +123,12 @@ pub struct Limits {
 /// # Errors
 /// A file that cannot be read, sizes that differ, a reference that nothing can be judged by.
 pub fn run(args: Args, globals: &Globals) -> CliResult {
-    let judgement = judge(&args)?;
+    let fovea = common::params(globals)?.fovea;
+    let limits = EccentricityLimits {
+        fovea_rad: f64::from(fovea.radius_deg).to_radians(),
+        transition_rad: f64::from(fovea.transition_deg).to_radians(),
+    };
+    let judgement = judge(&args, limits)?;
     if globals.json {
         println!("{}", serde_json::to_string(&judgement)?);
     } else {
@@ -137,11 +137,11 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     Ok(())
 }
 
-/// Reads the pictures and compares them.
+/// Reads the pictures and compares them; with a gaze, by region within `limits` too.
 ///
 /// # Errors
 /// As [`run`].
-pub fn judge(args: &Args) -> Result<Judgement, CliError> {
+pub fn judge(args: &Args, limits: EccentricityLimits) -> Result<Judgement, CliError> {
     let image = exr::read(&args.image)?;
     let reference = read_like(&args.reference, &image, args)?;
     let standard_error = match &args.reference_se {
@@ -149,16 +149,6 @@ pub fn judge(args: &Args) -> Result<Judgement, CliError> {
         None => None,
     };
     let (width, height) = (image.width as usize, image.height as usize);
-    let limits = EccentricityLimits {
-        fovea_rad: args.fovea.to_radians(),
-        transition_rad: args.transition.to_radians(),
-    };
-    if !(0.0 <= args.fovea && args.fovea <= args.transition) {
-        return Err(CliError::new(format!(
-            "--fovea {} and --transition {} are not in order; give 0 <= fovea <= transition",
-            args.fovea, args.transition
-        )));
-    }
     let eccentricity_rad = args.gaze.zip(args.vfov).map(|(gaze, vfov_deg)| {
         let fov = Fov::symmetric(vfov_deg.to_radians(), width as f32 / height as f32);
         eccentricities_rad(fov, width, height, gaze.dir_in_view())

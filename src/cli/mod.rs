@@ -1,12 +1,17 @@
 //! The command line: the only place that prints, reads the environment or ends the process. One file a subcommand.
 
+pub mod collect;
 pub mod commands;
 pub mod common;
 pub mod compare;
+pub mod demo;
+pub mod doctor;
 pub mod help;
 pub mod output;
 pub mod progress;
 pub mod render;
+pub mod replay;
+pub mod run_record;
 
 pub use commands::main;
 

@@ -2,22 +2,14 @@
 //! its own name is whole. Nothing that exists is replaced without `--force`, and never a folder that macula did not write.
 //! A run that stops early (Ctrl-C, an error, a crash) leaves `NAME.partial` with what was complete.
 
-use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde::Serialize;
-use sha2::{Digest, Sha256};
-
 use super::CliError;
-
-/// The name of the record in every output folder.
-pub const RUN_FILE: &str = "run.json";
-/// What `program` says in it: the mark of a folder that is ours.
-const PROGRAM: &str = "macula";
+use super::run_record::{self, RUN_FILE, RunRecord};
 
 /// Why an output cannot be made or completed.
 #[derive(Debug, thiserror::Error)]
@@ -51,75 +43,14 @@ pub enum OutputError {
     },
 }
 
-fn failed<'a>(action: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> OutputError + 'a {
+pub(super) fn failed<'a>(
+    action: &'static str,
+    path: &'a Path,
+) -> impl FnOnce(io::Error) -> OutputError + 'a {
     move |source| OutputError::Io {
         action,
         path: path.into(),
         source,
-    }
-}
-
-/// What produced an output: everything needed to produce it again. Written as `run.json`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct RunRecord {
-    /// macula's version.
-    pub version: String,
-    /// The commit that the binary was built from, where known.
-    pub git_commit: Option<String>,
-    /// The command line, word by word.
-    pub command: Vec<String>,
-    /// Every parameter with its value.
-    pub parameters: serde_json::Value,
-    /// SHA-256 of the parameters, as the parameter module defines it.
-    pub parameters_sha256: Option<String>,
-    /// The seed of all random numbers.
-    pub seed: Option<u64>,
-    /// The Vulkan device's name.
-    pub device: Option<String>,
-    /// The Vulkan driver's name and version.
-    pub driver: Option<String>,
-    /// The OpenXR runtime's name and version.
-    pub runtime: Option<String>,
-    /// The scene file.
-    pub scene: Option<PathBuf>,
-    /// SHA-256 of the scene file.
-    pub scene_sha256: Option<String>,
-    /// How long each part of the run took, seconds.
-    pub timings_s: BTreeMap<String, f64>,
-    /// Every warning that was given.
-    pub warnings: Vec<String>,
-}
-
-/// `run.json` as it lies on the disk.
-#[derive(Serialize)]
-struct RunFile<'a> {
-    program: &'static str,
-    complete: bool,
-    #[serde(flatten)]
-    record: &'a RunRecord,
-}
-
-impl RunRecord {
-    /// A record with the version and the command line filled in.
-    pub fn new(command: impl IntoIterator<Item = String>) -> Self {
-        Self {
-            version: env!("CARGO_PKG_VERSION").into(),
-            command: command.into_iter().collect(),
-            ..Self::default()
-        }
-    }
-
-    fn write(&self, folder: &Path, complete: bool) -> Result<(), OutputError> {
-        let path = folder.join(RUN_FILE);
-        let run = RunFile {
-            program: PROGRAM,
-            complete,
-            record: self,
-        };
-        serde_json::to_vec_pretty(&run)
-            .map_err(io::Error::from)
-            .and_then(|json| fs::write(&path, json))
-            .map_err(failed("write", &path))
     }
 }
 
@@ -317,15 +248,10 @@ fn check_folder_is_ours(path: &Path) -> Result<(), OutputError> {
     if entries.next().is_none() {
         return Ok(());
     }
-    #[derive(serde::Deserialize)]
-    struct Mark {
-        program: String,
+    if run_record::is_ours(path) {
+        return Ok(());
     }
-    let run = fs::read(path.join(RUN_FILE)).unwrap_or_default();
-    match serde_json::from_slice::<Mark>(&run) {
-        Ok(mark) if mark.program == PROGRAM => Ok(()),
-        _ => Err(not_ours("it holds no run.json of macula")),
-    }
+    Err(not_ours("it holds no run.json of macula"))
 }
 
 fn check_is_file(path: &Path) -> Result<(), OutputError> {
@@ -356,18 +282,6 @@ fn create_parents(target: &Path) -> Result<(), OutputError> {
         }
         _ => Ok(()),
     }
-}
-
-/// The SHA-256 of a file, in hexadecimal, read piece by piece.
-///
-/// # Errors
-/// The file cannot be read.
-pub fn file_sha256(path: &Path) -> Result<String, OutputError> {
-    let mut file = File::open(path).map_err(failed("open", path))?;
-    let mut hasher = Sha256::new();
-    io::copy(&mut file, &mut hasher).map_err(failed("read", path))?;
-    let digest = hasher.finalize();
-    Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// A flag that Ctrl-C raises; long loops look at it between two pieces of work, end cleanly, and keep what is complete. A second Ctrl-C
@@ -544,16 +458,5 @@ mod tests {
             let error = OutputDir::create(Path::new(nameless), true, &record()).unwrap_err();
             assert!(matches!(error, OutputError::NoName(_)), "{error}");
         }
-    }
-
-    #[test]
-    fn the_hash_of_a_file_is_the_standard_one() {
-        let home = tempfile::tempdir().unwrap();
-        let path = home.path().join("abc");
-        fs::write(&path, "abc").unwrap();
-        assert_eq!(
-            file_sha256(&path).unwrap(),
-            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-        );
     }
 }

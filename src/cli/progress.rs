@@ -17,18 +17,21 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Starts `total` steps of `what`, counted in `unit`s: `new("rendering", 100, "frames")`.
-    pub fn new(what: &str, total: u64, unit: &str) -> Self {
+    /// Starts `total` steps of `what`, counted in `unit`s: `new("rendering", 100, "frames")`. `None` (or 0): nobody knows how many.
+    pub fn new(what: &str, total: impl Into<Option<u64>>, unit: &str) -> Self {
+        let total = total.into().filter(|&total| total > 0);
         let on_terminal = stderr().is_terminal();
         let target = if on_terminal {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
         };
-        let bar = ProgressBar::with_draw_target(Some(total), target);
-        let template = format!(
-            "{{prefix}} {{bar:32}} {{pos}}/{{len}} {unit}, {{elapsed}}, {{eta}} left {{msg}}"
-        );
+        let bar = ProgressBar::with_draw_target(total, target);
+        let steps = match total {
+            Some(_) => format!("{{bar:32}} {{pos}}/{{len}} {unit}, {{elapsed}}, {{eta}} left"),
+            None => format!("{{spinner}} {{pos}} {unit}, {{elapsed}}"),
+        };
+        let template = format!("{{prefix}} {steps} {{msg}}");
         // The template is fixed but for `unit`; a brace in it would cost the layout, not the run.
         if let Ok(style) = ProgressStyle::with_template(&template) {
             bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
@@ -82,7 +85,7 @@ impl Drop for Progress {
 struct PlainLines {
     what: String,
     unit: String,
-    total: u64,
+    total: Option<u64>,
     last: Option<Instant>,
 }
 
@@ -91,14 +94,14 @@ impl PlainLines {
         let due = self
             .last
             .is_none_or(|last| now.duration_since(last) >= PLAIN_PERIOD);
-        if !due && done < self.total {
+        if !due && self.total.is_none_or(|total| done < total) {
             return None;
         }
         self.last = Some(now);
-        Some(format!(
-            "{}: {done} of {} {}",
-            self.what, self.total, self.unit
-        ))
+        let total = self
+            .total
+            .map_or(String::new(), |total| format!(" of {total}"));
+        Some(format!("{}: {done}{total} {}", self.what, self.unit))
     }
 }
 
@@ -112,7 +115,7 @@ mod tests {
         let mut lines = PlainLines {
             what: "rendering".into(),
             unit: "frames".into(),
-            total: 100,
+            total: Some(100),
             last: None,
         };
         let mut at = |done, seconds| lines.line(done, start + Duration::from_secs(seconds));
@@ -121,5 +124,8 @@ mod tests {
         assert!(at(30, 10).is_some());
         assert_eq!(at(99, 11), None);
         assert_eq!(at(100, 12).unwrap(), "rendering: 100 of 100 frames");
+        lines.total = None;
+        let line = lines.line(7, start + Duration::from_secs(60));
+        assert_eq!(line.unwrap(), "rendering: 7 frames");
     }
 }

@@ -1,6 +1,8 @@
 //! The passes of one eye: visible points, direct light, density estimate, resolve; sample by sample, in bands of rows, so that the
 //! buffers of visible points stay small whatever the image's size.
 
+use std::f32::consts::PI;
+
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::EyeImage;
@@ -9,9 +11,10 @@ use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, UniformSequence
 use crate::gpu::resources;
 use crate::gpu::shader::stages;
 use crate::gpu::{GpuDevice, GpuError};
+use crate::params::Params;
 use crate::photon::{PhotonMap, PhotonTracer};
 use crate::scene::gpu_scene::GpuScene;
-use crate::view::Fov;
+use crate::view::{Fov, View};
 
 /// Slots of visible points a pixel (shaders/eye.wgsl).
 const SLOTS: u32 = 2;
@@ -45,6 +48,42 @@ pub struct EyeSettings {
     pub seed: u32,
     /// Number of the frame or pass.
     pub frame: u32,
+}
+
+impl EyeSettings {
+    /// What an eye's pixels get by the parameters; without a gaze the whole image is fovea. `view` is in scene space.
+    pub fn new(params: &Params, view: View, gaze_dir_in_view: Option<Vec3>) -> Self {
+        let fovea = &params.fovea;
+        let (fovea_radius_rad, transition_radius_rad) = match gaze_dir_in_view {
+            Some(_) => (
+                fovea.radius_deg.to_radians(),
+                fovea.transition_deg.to_radians(),
+            ),
+            None => (2.0 * PI, 2.0 * PI),
+        };
+        Self {
+            scene_from_view: view.pose.to_affine(),
+            fov: view.fov,
+            gaze_dir_in_view: gaze_dir_in_view.unwrap_or(Vec3::NEG_Z),
+            fovea_radius_rad,
+            transition_radius_rad,
+            samples: [
+                fovea.samples,
+                fovea.transition_samples,
+                fovea.periphery_samples,
+            ],
+            radius_scale: [
+                1.0,
+                fovea.transition_radius_scale,
+                fovea.periphery_radius_scale,
+            ],
+            shadow_rays: params.direct.shadow_rays,
+            light_candidates: params.direct.candidates,
+            chain_max: params.eye.chain_max,
+            seed: params.random.seed,
+            frame: 0,
+        }
+    }
 }
 
 /// Buffers and kernels of the eye passes for one image size.

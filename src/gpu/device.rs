@@ -81,7 +81,7 @@ pub enum GpuError {
     },
 }
 
-fn vulkan_error(call: &'static str) -> impl Fn(vk::Result) -> GpuError {
+pub(super) fn vulkan_error(call: &'static str) -> impl Fn(vk::Result) -> GpuError {
     move |result| GpuError::Vulkan { call, result }
 }
 
@@ -265,7 +265,7 @@ impl GpuDevice {
     }
 }
 
-fn create_instance(
+pub(super) fn create_instance(
     entry: &ash::Entry,
     maker: &dyn VulkanMaker,
 ) -> Result<(ash::Instance, wgpu::hal::vulkan::Instance), GpuError> {
@@ -288,8 +288,13 @@ fn create_instance(
     // SAFETY: `raw_instance` was just made through this entry.
     let instance = unsafe { ash::Instance::load(entry.static_fn(), raw_instance) };
     let instance_to_destroy = instance.clone();
-    // SAFETY: wgpu calls this once, after its last use of the instance; nobody else destroys it.
-    let destroy_instance = Box::new(move || unsafe { instance_to_destroy.destroy_instance(None) });
+    // wgpu drops its own reference to the Vulkan loader before it calls this: the loader must not be gone by then.
+    let loader = entry.clone();
+    let destroy_instance = Box::new(move || {
+        // SAFETY: wgpu calls this once, after its last use of the instance; nobody else destroys it.
+        unsafe { instance_to_destroy.destroy_instance(None) };
+        drop(loader);
+    });
     // SAFETY: the instance was made with exactly these extensions and this API version; the callback owns it.
     let hal_instance = unsafe {
         <Vulkan as wgpu::hal::Api>::Instance::from_raw(
@@ -385,7 +390,7 @@ impl VulkanMaker for Headless {
     }
 }
 
-fn properties(
+pub(super) fn properties(
     instance: &ash::Instance,
     device: vk::PhysicalDevice,
 ) -> vk::PhysicalDeviceProperties {

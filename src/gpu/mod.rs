@@ -5,6 +5,7 @@ pub mod layout;
 pub mod pass;
 pub mod resources;
 pub mod shader;
+pub mod survey;
 pub mod timing;
 
 pub use device::{GpuDevice, GpuError, Headless, VulkanMaker};

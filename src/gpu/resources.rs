@@ -6,8 +6,8 @@ use super::device::{GpuDevice, GpuError};
 use super::pass::Resources;
 use super::shader::CHUNK_SHIFT;
 
-/// Smallest buffer that is made, so that an empty scene still binds something.
-const MIN_BYTES: u64 = 64;
+/// Smallest buffer that is made: an empty array still binds one element of any shared struct.
+const MIN_BYTES: u64 = 256;
 
 fn usage() -> wgpu::BufferUsages {
     wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC

@@ -2,6 +2,7 @@
 
 pub mod exr;
 pub mod png;
+pub mod present;
 
 /// A picture in linear RGB, row by row from the top left; radiance in W/(m² sr) unless its maker says otherwise.
 #[derive(Clone, Debug, PartialEq)]

@@ -139,7 +139,7 @@ fn mean_of(values: &[f64]) -> f64 {
 }
 
 /// The value below which the share `q` of sorted, non-empty `values` lies, interpolated linearly between neighbours.
-fn percentile(values: &[f64], q: f64) -> f64 {
+pub fn percentile(values: &[f64], q: f64) -> f64 {
     let at = q * (values.len() - 1) as f64;
     let (below, above) = (values[at.floor() as usize], values[at.ceil() as usize]);
     below + (above - below) * at.fract()

@@ -8,16 +8,20 @@ use obvhs::triangle::Triangle;
 /// A hierarchy, and a measure of how badly its triangles overlap.
 pub(super) struct MedianSplit {
     pub bvh: Bvh2,
-    /// The most triangles under one node that each fill a quarter of its surface or more. A few in any sensible mesh, because they would
-    /// have to lie on top of each other.
-    pub largest_overlap: usize,
+    /// About how many steps PLOC loses on triangles that lie on top of each other: it merges one pair of such a crowd a round, and each
+    /// round visits all that are in a crowd.
+    pub ploc_steps: u64,
 }
+
+/// This many triangles that each fill a quarter of their node's surface lie on top of each other, and make a crowd.
+const CROWD: usize = 64;
 
 /// A triangle's bounds, with its index.
 #[derive(Clone, Copy)]
 struct Item {
     bounds: Aabb,
     triangle: u32,
+    is_in_crowd: bool,
 }
 
 impl MedianSplit {
@@ -29,10 +33,11 @@ impl MedianSplit {
             .map(|(triangle, index)| Item {
                 bounds: triangle.aabb(),
                 triangle: index,
+                is_in_crowd: false,
             })
             .collect();
         let mut nodes = Vec::new();
-        let mut largest_overlap = 0;
+        let mut largest_crowd = 0;
         // Nodes to fill, each with its part of the items.
         let mut pending = Vec::new();
         if !items.is_empty() {
@@ -42,7 +47,7 @@ impl MedianSplit {
         while let Some((node, range)) = pending.pop() {
             let part = &mut items[range.clone()];
             let bounds = union(part);
-            largest_overlap = largest_overlap.max(count_large(part, &bounds));
+            largest_crowd = largest_crowd.max(mark_crowd(part, &bounds));
             if part.len() <= max_leaf {
                 nodes[node] = Bvh2Node::new(bounds, part.len() as u32, range.start as u32);
                 continue;
@@ -64,9 +69,10 @@ impl MedianSplit {
             primitive_indices: items.iter().map(|item| item.triangle).collect(),
             ..Bvh2::default()
         };
+        let crowded = items.iter().filter(|item| item.is_in_crowd).count();
         Self {
             bvh,
-            largest_overlap,
+            ploc_steps: largest_crowd as u64 * crowded as u64,
         }
     }
 }
@@ -86,10 +92,16 @@ fn longest_axis(items: &[Item]) -> usize {
     spread.largest_axis()
 }
 
-fn count_large(items: &[Item], whole: &Aabb) -> usize {
+/// Marks the triangles that lie on top of each other in a node, and returns how many there are.
+fn mark_crowd(items: &mut [Item], whole: &Aabb) -> usize {
     let large = 0.25 * whole.half_area();
-    items
-        .iter()
-        .filter(|item| item.bounds.half_area() >= large)
-        .count()
+    let is_large = |item: &Item| item.bounds.half_area() >= large;
+    let count = items.iter().filter(|item| is_large(item)).count();
+    if count < CROWD {
+        return 0;
+    }
+    for item in items.iter_mut().filter(|item| is_large(item)) {
+        item.is_in_crowd = true;
+    }
+    count
 }
