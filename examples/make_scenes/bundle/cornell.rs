@@ -15,7 +15,7 @@ use super::mesh::{Mesh, joined};
 const ROOM_MIN: DVec3 = DVec3::new(-1.1, 0.0, -2.7);
 const ROOM_MAX: DVec3 = DVec3::new(1.1, 2.2, 0.7);
 /// Where a seated viewer's eyes are.
-const VIEWER: DVec3 = DVec3::new(0.0, 1.2, -0.3);
+const VIEWER: DVec3 = DVec3::new(0.0, 1.2, -0.15);
 /// The lamp, x and z from `ROOM_MIN`. Behind the ball, so that the caustic falls towards the viewer.
 const LAMP: [f64; 4] = [0.7, 0.4, 1.5, 1.0];
 /// The round table that carries the ball and the block.

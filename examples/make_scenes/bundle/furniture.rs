@@ -15,7 +15,7 @@ pub const CREASE_DEG: f64 = 35.0;
 /// A seat of `places` cushions, `width_m` between its arms' outer sides: its upholstery, and its feet.
 pub fn sofa(width_m: f64, places: u32) -> (Mesh, Mesh) {
     let inner_m = width_m - 0.4;
-    let block = |half: DVec3, center: DVec3| rounded_cuboid(half, 0.05, 4, 2).moved(center);
+    let block = |half: DVec3, center: DVec3| rounded_cuboid(half, 0.05, 3, 2).moved(center);
     let mut parts = vec![
         block(
             DVec3::new(0.5 * width_m - 0.02, 0.1, 0.42),
@@ -34,10 +34,10 @@ pub fn sofa(width_m: f64, places: u32) -> (Mesh, Mesh) {
     for place in 0..places {
         let x = (f64::from(place) + 0.5) * inner_m / f64::from(places) - 0.5 * inner_m;
         let seat = DVec3::new(half_width, 0.07, 0.34);
-        let seat = puffed(rounded_cuboid(seat, 0.05, 4, 8), seat, DVec3::Y, 0.03);
+        let seat = puffed(rounded_cuboid(seat, 0.05, 3, 7), seat, DVec3::Y, 0.03);
         parts.push(seat.moved(DVec3::new(x, 0.385, 0.1)));
         let back = DVec3::new(half_width, 0.2, 0.07);
-        let back = puffed(rounded_cuboid(back, 0.05, 4, 8), back, DVec3::Z, 0.05);
+        let back = puffed(rounded_cuboid(back, 0.05, 3, 7), back, DVec3::Z, 0.05);
         let lean = rotation(DVec3::X, -0.2);
         parts.push(back.turned(lean).moved(DVec3::new(x, 0.66, -0.14)));
     }
@@ -58,7 +58,7 @@ pub fn sofa(width_m: f64, places: u32) -> (Mesh, Mesh) {
 /// A throw pillow, pinched at its corners, leaning back.
 pub fn pillow(size_m: f64) -> Mesh {
     let half = DVec3::new(0.5 * size_m, 0.5 * size_m, 0.03);
-    let pillow = rounded_cuboid(half, 0.025, 3, 10).deformed(|p| {
+    let pillow = rounded_cuboid(half, 0.025, 3, 8).deformed(|p| {
         let (x, y) = (p.x / half.x, p.y / half.y);
         // Corners stand out, sides draw in.
         let drawn = DVec3::new(1.0 - 0.12 * (1.0 - y * y), 1.0 - 0.12 * (1.0 - x * x), 1.0);
@@ -86,7 +86,7 @@ pub fn book(size: DVec3, style: u32) -> (Mesh, Mesh) {
         let (sin, cos) = sin_cos((1.0 - t) * 2.0 * FRAC_PI_2);
         DVec3::new(half_m * cos, 0.0, spine_z + 0.3 * half_m * sin)
     };
-    cover.push(Mesh::sheet(8, 1, |u, v| arch(u) + DVec3::Y * (v * size.y)));
+    cover.push(Mesh::sheet(6, 1, |u, v| arch(u) + DVec3::Y * (v * size.y)));
     let behind = DVec3::new(half_m, 0.0, spine_z);
     cover.push(Mesh::wall(
         behind,
@@ -142,7 +142,7 @@ pub fn plant(height_m: f64, leaves: u32) -> (Mesh, Mesh, Mesh) {
         [0.185, 0.34],
         [0.2, 0.36],
     ];
-    let pot = Mesh::lathe(&vessel(&outline.map(DVec2::from_array), 5, 0.015), 48);
+    let pot = Mesh::lathe(&vessel(&outline.map(DVec2::from_array), 5, 0.015), 40);
     let earth = Mesh::lathe(&[DVec2::new(0.172, 0.3), DVec2::new(0.0, 0.31)], 24);
     let mut greens = Vec::new();
     for number in 0..leaves {
@@ -202,7 +202,7 @@ pub fn table_lamp() -> [Mesh; 4] {
     ]);
     let bulb = Mesh::sphere(0.035, 2).moved(DVec3::Y * 0.4);
     [
-        Mesh::lathe(&foot, 48).shaded(CREASE_DEG),
+        Mesh::lathe(&foot, 40).shaded(CREASE_DEG),
         stem.shaded(CREASE_DEG),
         Mesh::lathe(&shade, 64).shaded(CREASE_DEG),
         bulb,
@@ -211,7 +211,7 @@ pub fn table_lamp() -> [Mesh; 4] {
 
 /// A drawn curtain of `width_m` × `height_m` that hangs in folds from the origin down, along +X.
 pub fn curtain(width_m: f64, height_m: f64, folds: f64) -> Mesh {
-    let sheet = Mesh::sheet(112, 28, |u, v| {
+    let sheet = Mesh::sheet(104, 24, |u, v| {
         let down = 1.0 - v;
         let (fold, _) = sin_cos(TAU * folds * u + 0.5 * down);
         let (slow, _) = sin_cos(TAU * (folds * 0.37 * u + 0.3 * down));
@@ -270,7 +270,7 @@ pub fn picture(width_m: f64, height_m: f64, moulding_m: f64) -> Mesh {
 pub fn round_mirror(radius_m: f64) -> (Mesh, Mesh) {
     let upright = rotation(DVec3::X, FRAC_PI_2);
     let disc = Mesh::lathe(&[DVec2::new(radius_m, 0.012), DVec2::new(0.0, 0.012)], 96);
-    let frame = torus(radius_m, 0.02, 96, 16).moved(DVec3::Y * 0.02);
+    let frame = torus(radius_m, 0.02, 80, 12).moved(DVec3::Y * 0.02);
     (
         disc.shaded(CREASE_DEG).turned(upright),
         frame.shaded(CREASE_DEG).turned(upright),
@@ -280,7 +280,7 @@ pub fn round_mirror(radius_m: f64) -> (Mesh, Mesh) {
 /// A vessel turned about +Y from outline points (radius, height).
 pub fn turned_vessel<const N: usize>(outline: [[f64; 2]; N], wall_m: f64, segments: u32) -> Mesh {
     Mesh::lathe(
-        &vessel(&outline.map(DVec2::from_array), 6, wall_m),
+        &vessel(&outline.map(DVec2::from_array), 4, wall_m),
         segments,
     )
     .shaded(CREASE_DEG)

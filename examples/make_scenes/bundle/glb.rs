@@ -114,7 +114,13 @@ impl Glb {
     }
 
     /// Adds a light of KHR_lights_punctual at `position` that shines along `direction`; `light` holds the extension's own fields.
-    pub fn light(&mut self, name: &str, mut light: Value, position: DVec3, direction: DVec3) {
+    pub fn light(
+        &mut self,
+        name: &str,
+        mut light: Value,
+        position: DVec3,
+        direction: DVec3,
+    ) -> usize {
         light["name"] = json!(name);
         let extensions = self.root.entry("extensions").or_insert_with(|| json!({}));
         let lights = &mut extensions["KHR_lights_punctual"]["lights"];
@@ -132,7 +138,12 @@ impl Glb {
         self.node(
             name,
             json!({ "extensions": extension, "translation": translation, "rotation": rotation }),
-        );
+        )
+    }
+
+    /// Gives a node a mesh.
+    pub fn attach_mesh(&mut self, node: usize, mesh: usize) {
+        self.root["nodes"][node]["mesh"] = json!(mesh);
     }
 
     /// Moves a node by an animation of its own.

@@ -7,12 +7,14 @@
 mod cornell;
 mod furnace;
 mod furniture;
+mod gallery;
 mod glb;
 mod material;
 mod math;
 mod mesh;
 mod painting;
 mod room;
+mod sculpture;
 mod shapes;
 mod texture;
 
@@ -20,8 +22,9 @@ mod texture;
 pub type MakeGlb = fn() -> Vec<u8>;
 
 /// Every bundled scene: its file's name, and what makes it.
-pub const SCENES: [(&str, MakeGlb); 3] = [
+pub const SCENES: [(&str, MakeGlb); 4] = [
     ("cornell.glb", cornell::make),
     ("furnace.glb", furnace::make),
+    ("gallery.glb", gallery::make),
     ("room.glb", room::make),
 ];

@@ -49,7 +49,7 @@ pub fn make() -> Vec<u8> {
     room.right_wall();
     room.plant();
     room.glb
-        .camera("viewer", DVec3::new(0.25, 1.2, 1.35), DQuat::IDENTITY, 60.0);
+        .camera("viewer", DVec3::new(0.15, 1.2, 1.6), DQuat::IDENTITY, 60.0);
     room.glb.finish()
 }
 
@@ -105,7 +105,7 @@ impl Room {
     }
 
     fn window(&mut self) {
-        let sky = self.glb.material("sky", lamp([9.0, 10.5, 12.5]));
+        let sky = self.glb.material("sky", lamp([15.0, 17.5, 21.0]));
         let linen = self.glb.material("linen", lambert([0.72, 0.66, 0.55]));
         let low = ROOM_MIN + DVec3::new(-WINDOW_DEPTH_M, WINDOW[0], WINDOW[1]);
         let (height_m, width_m) = (WINDOW[2] - WINDOW[0], WINDOW[3] - WINDOW[1]);
@@ -182,7 +182,7 @@ impl Room {
         let half = DVec3::Z * (0.5 * width_m + 0.55);
         let rod = rod(rail - half, rail + half, 0.012, 16).moved(DVec3::Y * 0.015);
         let ends = [-1.0, 1.0]
-            .map(|side| Mesh::icosphere(0.03, 3).moved(rail + half * side + DVec3::Y * 0.015));
+            .map(|side| Mesh::icosphere(0.03, 2).moved(rail + half * side + DVec3::Y * 0.015));
         self.place(
             "curtain rod",
             joined([rod].into_iter().chain(ends)),
@@ -198,7 +198,7 @@ impl Room {
         let leather = self
             .glb
             .material("leather", glossy([0.3, 0.12, 0.05], 0.45));
-        let rug = self.glb.texture("carpet", &texture::carpet(512, 384));
+        let rug = self.glb.texture("carpet", &texture::carpet(512, 4.0 / 3.0));
         let rug = self
             .glb
             .material("carpet", textured(lambert([1.0; 3]), rug));
@@ -211,16 +211,16 @@ impl Room {
             let pillow = furniture::pillow(0.42).turned(rotation(DVec3::Y, turn));
             self.place_smooth(name, pillow.moved(place + DVec3::new(x, 0.68, 0.12)), wool);
         }
-        let place = DVec3::new(1.45, 0.0, -0.55);
+        let place = DVec3::new(1.62, 0.0, -0.62);
         let turn = rotation(DVec3::Y, -1.05);
         let (upholstery, feet) = furniture::sofa(0.95, 1);
         self.place_smooth("armchair", upholstery.turned(turn).moved(place), leather);
         self.place_smooth("armchair feet", feet.turned(turn).moved(place), self.brass);
         // The pile stands a little unevenly.
         let (half_x, half_z) = (1.2, 0.9);
-        let pile = Mesh::sheet(72, 54, |u, v| {
-            let (column, row) = ((u * 72.0).round() as i64, (v * 54.0).round() as i64);
-            let is_edge = column % 72 == 0 || row % 54 == 0;
+        let pile = Mesh::sheet(48, 36, |u, v| {
+            let (column, row) = ((u * 48.0).round() as i64, (v * 36.0).round() as i64);
+            let is_edge = column % 48 == 0 || row % 36 == 0;
             let height_m = if is_edge {
                 0.0
             } else {
@@ -296,7 +296,7 @@ impl Room {
         let vase_at = TABLE_TOP + DVec3::new(-0.32, 0.0002, -0.05);
         self.place_smooth(
             "glass vase",
-            furniture::turned_vessel(vase, 0.005, 64).moved(vase_at),
+            furniture::turned_vessel(vase, 0.005, 48).moved(vase_at),
             glass,
         );
         let mut twigs = Vec::new();
@@ -376,13 +376,13 @@ impl Room {
         let jar_at = DVec3::new(2.24, 2.0 * pitch_m + BOARD_M, -2.43);
         self.place_smooth(
             "jar",
-            furniture::turned_vessel(jar, 0.006, 48).moved(jar_at),
+            furniture::turned_vessel(jar, 0.006, 36).moved(jar_at),
             self.ceramic,
         );
         let ball_at = DVec3::new(2.2, 4.0 * pitch_m + BOARD_M + 0.08, -2.43);
         self.place(
             "brass ball",
-            Mesh::icosphere(0.08, 4).moved(ball_at),
+            Mesh::icosphere(0.08, 3).moved(ball_at),
             self.brass,
         );
     }
@@ -435,7 +435,7 @@ impl Room {
             .material("gilt wood", metal([0.85, 0.62, 0.3], 0.45));
         let landscape = self
             .glb
-            .texture("landscape", &painting::landscape(512, 352));
+            .texture("landscape", &painting::landscape(512, 1.457));
         let landscape = self
             .glb
             .material("landscape", textured(glossy([1.0; 3], 0.5), landscape));
@@ -475,7 +475,7 @@ impl Room {
             [0.035, 0.39],
         ];
         let bottle =
-            furniture::turned_vessel(bottle, 0.006, 56).moved(DVec3::new(2.4, high.y, -0.85));
+            furniture::turned_vessel(bottle, 0.006, 40).moved(DVec3::new(2.4, high.y, -0.85));
         self.place_smooth("bottle vase", bottle, self.ceramic);
 
         let (width_m, height_m, moulding_m) = (1.1, 0.755, 0.06);

@@ -3,11 +3,11 @@
 use glam::{DVec2, DVec3};
 use image::{ImageFormat, Rgb, RgbImage};
 
-/// Paints a picture of `color(u, v)`, v downward from the top, and packs it as PNG.
-pub fn png(width: u32, height: u32, color: impl Fn(f64, f64) -> DVec3) -> Vec<u8> {
-    let picture = RgbImage::from_fn(width, height, |x, y| {
-        let u = (x as f64 + 0.5) / width as f64;
-        let v = (y as f64 + 0.5) / height as f64;
+/// Paints a square picture of `color(u, v)`, v downward from the top, and packs it as PNG.
+pub fn png(size: u32, color: impl Fn(f64, f64) -> DVec3) -> Vec<u8> {
+    let picture = RgbImage::from_fn(size, size, |x, y| {
+        let u = (x as f64 + 0.5) / f64::from(size);
+        let v = (y as f64 + 0.5) / f64::from(size);
         let encoded = color(u, v).clamp(DVec3::ZERO, DVec3::ONE) * 255.0;
         Rgb(encoded.to_array().map(|channel| channel.round() as u8))
     });
@@ -68,7 +68,7 @@ pub fn smoothstep(low: f64, high: f64, x: f64) -> f64 {
 
 /// Oak boards along u, `rows` of them across v, each cut in two somewhere.
 pub fn floorboards(size: u32, rows: i64) -> Vec<u8> {
-    png(size, size, |u, v| {
+    png(size, |u, v| {
         let row = (v * rows as f64).floor();
         let across = v * rows as f64 - row;
         let joint = hash(row as i64, 7);
@@ -97,7 +97,7 @@ pub fn floorboards(size: u32, rows: i64) -> Vec<u8> {
 
 /// One piece of wood with its grain along u.
 pub fn wood(size: u32, light: DVec3, dark: DVec3) -> Vec<u8> {
-    png(size, size, |u, v| {
+    png(size, |u, v| {
         let warp = 0.12 * fractal(u, v, (2, 3));
         let rings = fractal(u, (v + warp).fract(), (2, 14));
         let pores = fractal(u, v, (12, 96));
@@ -107,7 +107,7 @@ pub fn wood(size: u32, light: DVec3, dark: DVec3) -> Vec<u8> {
 
 /// A wallpaper of rows of leaves, light on light.
 pub fn wallpaper(size: u32) -> Vec<u8> {
-    png(size, size, |u, v| {
+    png(size, |u, v| {
         let column = (u * 4.0).floor();
         let shifted = v * 2.0 + if column as i64 % 2 == 0 { 0.0 } else { 0.5 };
         let local = DVec2::new((u * 4.0).fract() * 2.0 - 1.0, shifted.fract() * 2.0 - 1.0);
@@ -131,11 +131,10 @@ pub fn wallpaper(size: u32) -> Vec<u8> {
     })
 }
 
-/// A woven carpet: borders around a field of diamonds.
-pub fn carpet(width: u32, height: u32) -> Vec<u8> {
+/// A woven carpet for a floor `aspect` times as long as wide: borders around a field of diamonds.
+pub fn carpet(size: u32, aspect: f64) -> Vec<u8> {
     let (red, navy, cream, gold) = (hex(0x8c2f2b), hex(0x22304f), hex(0xe2d3b4), hex(0xb98b3e));
-    let aspect = width as f64 / height as f64;
-    png(width, height, |u, v| {
+    png(size, |u, v| {
         let inset = (u.min(1.0 - u) * aspect).min(v.min(1.0 - v));
         let weave = 0.9 + 0.1 * fractal(u, v, (128, 96));
         let centered = DVec2::new((u - 0.5) * aspect, v - 0.5);
@@ -186,7 +185,7 @@ pub fn spines(size: u32) -> Vec<u8> {
         0x7a2e2a, 0x2f4858, 0x33543f, 0x5b4a3a, 0x8a6d3b, 0x41365a, 0xa14a32, 0x24505a, 0x6d7b5a,
         0x3a3a3c, 0xb08d57, 0x5e2233, 0x27406b, 0xd0c3a5, 0x4d6b76, 0x8f4f5f,
     ];
-    png(size, size, |u, v| {
+    png(size, |u, v| {
         let book = (u * 16.0).floor();
         let id = book as i64;
         let cloth =
@@ -205,5 +204,29 @@ pub fn spines(size: u32) -> Vec<u8> {
         } else {
             cloth
         }
+    })
+}
+
+/// Slabs of light and dark stone, `tiles` a side, veined.
+pub fn stone_tiles(size: u32, tiles: i64) -> Vec<u8> {
+    png(size, |u, v| {
+        let at = DVec2::new(u, v) * tiles as f64;
+        let tile = at.floor();
+        let is_dark = (tile.x + tile.y) as i64 % 2 == 0;
+        let shift = hash(tile.x as i64, tile.y as i64);
+        let cloud = fractal((u + shift).fract(), v, (4, 5));
+        let vein = smoothstep(
+            0.06,
+            0.0,
+            (fractal(u, (v + shift).fract(), (3, 3)) - 0.5).abs(),
+        );
+        let (ground, line) = if is_dark {
+            (hex(0x4d4a48), hex(0x8d8780))
+        } else {
+            (hex(0xd8d1c4), hex(0xa79d8e))
+        };
+        let slab = (ground * (0.88 + 0.2 * cloud)).lerp(line, 0.45 * vein);
+        let edge = (at - tile).min(1.0 - (at - tile)).min_element() * size as f64 / tiles as f64;
+        slab * (0.6 + 0.4 * smoothstep(0.0, 1.2, edge))
     })
 }
