@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use super::{CliResult, Globals, compare, demo, doctor, help, inspect, render, replay};
+use super::{CliResult, Globals, compare, demo, doctor, help, inspect, render, replay, session};
 
 /// Real-time global illumination that follows the eye: replay recorded head and gaze sessions through OpenXR, lit by photon mapping.
 #[derive(Debug, Parser)]
@@ -29,6 +29,7 @@ enum Command {
     Render(render::Args),
     Compare(compare::Args),
     Inspect(inspect::Args),
+    Session(session::Args),
     Doctor(doctor::Args),
     Help(help::Args),
 }
@@ -41,6 +42,7 @@ impl Command {
             Self::Render(args) => render::run(args, globals),
             Self::Compare(args) => compare::run(args, globals),
             Self::Inspect(args) => inspect::run(args, globals),
+            Self::Session(args) => session::run(args, globals),
             Self::Doctor(args) => doctor::run(args, globals),
             Self::Help(args) => help::run(args),
         }

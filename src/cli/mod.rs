@@ -10,10 +10,10 @@ pub mod help;
 pub mod inspect;
 pub mod output;
 pub mod progress;
-pub mod session;
 pub mod render;
 pub mod replay;
 pub mod run_record;
+pub mod session;
 
 pub use commands::main;
 

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use super::output::{OutputDir, RunRecord, file_sha256};
+use super::output::OutputDir;
+use super::run_record::{RunRecord, file_sha256};
 use super::{CliError, CliResult, Globals};
 use crate::gaze::import::{Format, ImportReport, Imported, import};
 use crate::gaze::summary::Summary;
