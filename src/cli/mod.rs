@@ -1,6 +1,24 @@
 //! The command line: the only place that prints, reads the environment or ends the process. One file a subcommand.
 
+pub mod collect;
+pub mod commands;
+pub mod common;
+pub mod compare;
+pub mod demo;
+pub mod doctor;
+pub mod help;
+pub mod inspect;
+pub mod output;
+pub mod progress;
+pub mod render;
+pub mod replay;
+pub mod run_record;
+pub mod session;
+
+pub use commands::main;
+
 use std::error::Error;
+use std::fmt;
 use std::path::PathBuf;
 
 /// What a subcommand failed with: one line that names what failed, on which file or device, and the mend; causes follow under it.
@@ -30,6 +48,35 @@ impl CliError {
             message: message.into(),
             cause: Some(cause.into()),
         }
+    }
+}
+
+/// Any typed error of the library is one: its own text is the line, its sources are the causes.
+impl<E: Error + Send + Sync + 'static> From<E> for CliError {
+    fn from(error: E) -> Self {
+        let message = error.to_string();
+        match error.source() {
+            Some(_) => Self::because(message, SourceOf(error)),
+            None => Self::new(message),
+        }
+    }
+}
+
+/// What is under an error, owned together with it.
+#[derive(Debug)]
+struct SourceOf<E>(E);
+
+impl<E: Error> fmt::Display for SourceOf<E> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.0
+            .source()
+            .map_or(Ok(()), |source| fmt::Display::fmt(source, f))
+    }
+}
+
+impl<E: Error> Error for SourceOf<E> {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.0.source().and_then(Error::source)
     }
 }
 

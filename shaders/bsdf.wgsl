@@ -1,0 +1,200 @@
+//! use surface
+// How a surface scatters light: the glTF 2.0 metallic-roughness model with KHR specular, ior, transmission and volume.
+// Lobes: Lambert (base colour / pi, under the coat's 1 - F), GGX reflection (alpha = roughness^2, separable Smith, Schlick), and
+// smooth or rough refraction with the exact unpolarised Fresnel term.
+// Source: glTF 2.0 Appendix B and the extensions' texts; visible normals after Heitz, JCGT 7(4), 2018; rough refraction after
+// Walter et al., EGSR 2007.
+// A lobe is either *gathered* (its reflected light is estimated where it is seen: Lambert, and GGX that is rough enough) or *traced*
+// (a ray follows it: mirrors, refraction, and sharp GGX), never both, so that no light is counted twice.
+// Limits: single scattering; a thin-walled transmission passes straight on.
+
+override HAS_SPECULAR: bool = true;
+override HAS_TRANSMISSION: bool = true;
+/// GGX lobes with an alpha from here on are gathered, sharper ones are traced.
+override GATHERED_ALPHA_MIN: f32 = 0.2;
+/// Below this alpha a reflection is a mirror's: one direction.
+const MIRROR_ALPHA_MAX: f32 = 1e-3;
+
+struct Bsdf {
+  diffuse: vec3f,        // albedo of the Lambert lobe, before the coat takes its share
+  alpha: f32,
+  f0: vec3f,             // Schlick at normal incidence, metal and coat mixed
+  f90: f32,
+  coat_f0: vec3f,        // the coat alone: what it reflects does not reach the Lambert lobe
+  coat_f90: f32,
+  transmission: vec3f,   // tint of what passes through
+  ior: f32,
+  emission: vec3f,       // W/(m2 sr) towards the ray that came
+  is_solid: bool,
+  absorption: vec3f,     // 1/m, inside
+}
+
+fn bsdf_at(surface: Surface) -> Bsdf {
+  let material = materials[surface.material];
+  var base = material.base_color;
+  var metallic = material.metallic;
+  var roughness = material.roughness;
+  var emission = material.emission;
+  if (HAS_TEXTURES) {
+    base *= texture_at(material.base_color_texture, surface.texcoord).rgb;
+    let metallic_roughness = texture_at(material.metallic_roughness_texture, surface.texcoord);
+    roughness *= metallic_roughness.g;
+    metallic *= metallic_roughness.b;
+    if (material.emission_texture >= 0) { emission *= texture_at(material.emission_texture, surface.texcoord).rgb; }
+  }
+  let is_double_sided = (material.flags & MATERIAL_DOUBLE_SIDED) != 0u;
+  var bsdf: Bsdf;
+  bsdf.emission = select(vec3f(0.0), emission, surface.is_front || is_double_sided);
+  bsdf.diffuse = base * (1.0 - metallic);
+  if (HAS_SPECULAR) {
+    let r = (material.ior - 1.0) / (material.ior + 1.0);
+    bsdf.coat_f0 = min(vec3f(r * r) * material.specular_color, vec3f(1.0)) * material.specular_factor;
+    bsdf.coat_f90 = material.specular_factor;
+    bsdf.f0 = mix(bsdf.coat_f0, base, metallic);
+    bsdf.f90 = mix(bsdf.coat_f90, 1.0, metallic);
+    bsdf.alpha = roughness * roughness;
+  }
+  if (HAS_TRANSMISSION && material.transmission > 0.0) {
+    bsdf.transmission = base * ((1.0 - metallic) * material.transmission);
+    bsdf.diffuse *= 1.0 - material.transmission;
+    bsdf.ior = material.ior;
+    bsdf.is_solid = (material.flags & MATERIAL_SOLID) != 0u;
+    bsdf.absorption = material.absorption;
+  }
+  return bsdf;
+}
+
+fn transmits(bsdf: Bsdf) -> bool { return HAS_TRANSMISSION && any(bsdf.transmission > vec3f(0.0)); }
+
+fn reflects(bsdf: Bsdf) -> bool { return HAS_SPECULAR && (bsdf.f90 > 0.0 || any(bsdf.f0 > vec3f(0.0))); }
+
+fn gathers_reflection(bsdf: Bsdf) -> bool { return reflects(bsdf) && bsdf.alpha >= GATHERED_ALPHA_MIN && !transmits(bsdf); }
+
+fn is_gathered(bsdf: Bsdf) -> bool { return any(bsdf.diffuse > vec3f(0.0)) || gathers_reflection(bsdf); }
+
+fn schlick(f0: vec3f, f90: f32, cos_theta: f32) -> vec3f {
+  let m = clamp(1.0 - cos_theta, 0.0, 1.0);
+  let m2 = m * m;
+  return f0 + (vec3f(f90) - f0) * (m2 * m2 * m);
+}
+
+/// Unpolarised reflectance of a dielectric for light that meets it at `cos_i` from the side with relative index `eta` = n_t / n_i.
+fn fresnel_dielectric(cos_i: f32, eta: f32) -> f32 {
+  let sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
+  if (sin2_t >= 1.0) { return 1.0; }
+  let cos_t = sqrt(1.0 - sin2_t);
+  let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  return 0.5 * (parallel * parallel + perpendicular * perpendicular);
+}
+
+fn smith_g1(cos_theta: f32, alpha: f32) -> f32 {
+  let c2 = cos_theta * cos_theta;
+  return 2.0 * cos_theta / (cos_theta + sqrt(alpha * alpha * (1.0 - c2) + c2));
+}
+
+fn ggx_distribution(cos_h: f32, alpha: f32) -> f32 {
+  // 1 - c2 is left out of a difference of near-equal numbers: at a small alpha it would lose the peak.
+  let a2 = alpha * alpha;
+  let d = cos_h * cos_h * (a2 - 1.0) + 1.0;
+  return a2 / (PI * d * d);
+}
+
+/// GGX reflection with the Fresnel term, 1/sr; `wi`, `wo` away from the surface, both on the normal's side.
+fn ggx_reflection(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f) -> vec3f {
+  let cos_o = dot(n, wo);
+  let cos_i = dot(n, wi);
+  if (cos_o <= 0.0 || cos_i <= 0.0 || bsdf.alpha < MIRROR_ALPHA_MAX) { return vec3f(0.0); }
+  let h = normalize(wo + wi);
+  let d = ggx_distribution(min(dot(n, h), 1.0), bsdf.alpha);
+  let g = smith_g1(cos_o, bsdf.alpha) * smith_g1(cos_i, bsdf.alpha);
+  return schlick(bsdf.f0, bsdf.f90, dot(wo, h)) * (d * g / (4.0 * cos_o * cos_i));
+}
+
+/// Lambert under the coat, 1/sr.
+fn lambert(bsdf: Bsdf, wo: vec3f, wi: vec3f) -> vec3f {
+  if (!HAS_SPECULAR) { return bsdf.diffuse / PI; }
+  let h = normalize(wo + wi);
+  return bsdf.diffuse * ((1.0 - max_component(schlick(bsdf.coat_f0, bsdf.coat_f90, dot(wo, h)))) / PI);
+}
+
+/// The gathered lobes' BSDF, 1/sr.
+fn gathered_bsdf(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f) -> vec3f {
+  var f = lambert(bsdf, wo, wi);
+  if (gathers_reflection(bsdf)) { f += ggx_reflection(bsdf, n, wo, wi); }
+  return f;
+}
+
+/// A half vector among those visible from `wo`, in the frame of the normal.
+fn visible_normal_sample(wo: vec3f, alpha: f32, u: vec2f) -> vec3f {
+  let v = normalize(vec3f(alpha * wo.x, alpha * wo.y, wo.z));
+  let length2 = v.x * v.x + v.y * v.y;
+  let t1 = select(vec3f(1.0, 0.0, 0.0), vec3f(-v.y, v.x, 0.0) * inverseSqrt(max(length2, 1e-30)), length2 > 1e-12);
+  let t2 = cross(v, t1);
+  let p = disk_sample(u);
+  let s = 0.5 * (1.0 + v.z);
+  let y = (1.0 - s) * sqrt(max(0.0, 1.0 - p.x * p.x)) + s * p.y;
+  let z = sqrt(max(0.0, 1.0 - p.x * p.x - y * y));
+  let h = p.x * t1 + y * t2 + z * v;
+  return normalize(vec3f(alpha * h.x, alpha * h.y, max(1e-6, h.z)));
+}
+
+struct Scatter {
+  direction: vec3f,
+  weight: vec3f,          // BSDF times cosine over density; zero: absorbed
+  is_refracted: bool,     // passed to the other side
+}
+
+const ABSORBED: Scatter = Scatter(vec3f(0.0), vec3f(0.0), false);
+
+/// The half vector about which a lobe of sharpness `alpha` reflects or refracts, in scene space.
+fn half_vector_sample(n: vec3f, wo: vec3f, alpha: f32, u: vec2f) -> vec3f {
+  if (alpha < MIRROR_ALPHA_MAX) { return n; }
+  let frame = frame_around(n);
+  return frame * visible_normal_sample(wo * frame, alpha, u);
+}
+
+fn masking(n: vec3f, wi: vec3f, alpha: f32) -> f32 {
+  if (alpha < MIRROR_ALPHA_MAX) { return 1.0; }
+  return smith_g1(max(dot(n, wi), 1e-6), alpha);
+}
+
+/// Follows the GGX lobe of a metal or a coat.
+fn sample_reflection(bsdf: Bsdf, n: vec3f, wo: vec3f, u: vec2f) -> Scatter {
+  let h = half_vector_sample(n, wo, bsdf.alpha, u);
+  let wi = reflect(-wo, h);
+  if (dot(wi, n) <= 0.0) { return ABSORBED; }
+  return Scatter(wi, schlick(bsdf.f0, bsdf.f90, dot(wo, h)) * masking(n, wi, bsdf.alpha), false);
+}
+
+/// n_t / n_i for light (or sight) that meets the surface from the side of `surface`'s normals.
+fn relative_ior(bsdf: Bsdf, is_front: bool) -> f32 {
+  if (!bsdf.is_solid) { return 1.0; }
+  return select(1.0 / bsdf.ior, bsdf.ior, is_front);
+}
+
+/// Share of light that a dielectric interface reflects at half vector cosine `cos_h`. A thin wall has the reflectance of its ior too.
+fn interface_reflectance(bsdf: Bsdf, is_front: bool, cos_h: f32) -> f32 {
+  let eta = select(bsdf.ior, select(1.0 / bsdf.ior, bsdf.ior, is_front), bsdf.is_solid);
+  return fresnel_dielectric(cos_h, eta);
+}
+
+/// Follows what a dielectric interface lets through, given the half vector; flux-weighted (no eta^2, see `radiance_scale`).
+fn refract_through(bsdf: Bsdf, n: vec3f, h: vec3f, wo: vec3f, is_front: bool) -> Scatter {
+  var wi = -wo;
+  if (bsdf.is_solid) {
+    let eta = relative_ior(bsdf, is_front);
+    let cos_h = dot(wo, h);
+    let sin2_t = (1.0 - cos_h * cos_h) / (eta * eta);
+    if (sin2_t >= 1.0) { return ABSORBED; }
+    wi = normalize(-wo / eta + h * (cos_h / eta - sqrt(1.0 - sin2_t)));
+    if (dot(wi, n) >= 0.0) { return ABSORBED; }
+  }
+  return Scatter(wi, bsdf.transmission * masking(-n, wi, bsdf.alpha), true);
+}
+
+/// Radiance along an eye path shrinks by (n_i/n_t)^2 where the path enters a denser medium; photons carry flux and need no factor.
+fn radiance_scale(bsdf: Bsdf, is_front: bool) -> f32 {
+  let eta = relative_ior(bsdf, is_front);
+  return 1.0 / (eta * eta);
+}

@@ -1,0 +1,75 @@
+//! use eye, photon_paths, photon_map
+// Light that photons bring to each visible point, estimated from their density on the surface.
+// Source: Jensen 1996, section 3.2, with an Epanechnikov kernel of two dimensions; normals are tested before a photon counts, so
+// that the far side of a thin wall stays dark.
+// Limits: a photon counts only within `flatness` radii of the tangent plane; near an edge the part of the disc beyond it is missing.
+
+@group(1) @binding(1) var<storage, read_write> visible_points_: array<VisiblePoint>;
+@group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
+@group(1) @binding(4) var<storage, read> counters: PhotonCounters;
+@group(1) @binding(5) var<storage, read> cell_counts: array<u32>;
+//! split map_position: vec4f, read, 1, 48
+//! split map_flux: vec4f, read, 1, 64
+
+struct Receiver {
+  position: vec3f,
+  normal: vec3f,
+  geometric_normal: vec3f,
+  wo: vec3f,
+  bsdf: Bsdf,
+}
+
+/// Reflected radiance before the division by the count of emitted paths, W/(m2 sr).
+fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
+  let dimensions = vec3i(photon_map.grids[class_].dimensions);
+  let cell = grid_cell(class_, receiver.position);
+  let x_first = max(cell.x - 1, 0);
+  let x_last = min(cell.x + 1, dimensions.x - 1);
+  if (x_first > x_last) { return vec3f(0.0); }
+  let radius2 = radius_m * radius_m;
+  let inverse_radius2 = 1.0 / radius2;
+  // Bare Lambert reflects all photons alike: its BSDF comes out of the sum.
+  let depends_on_incidence = HAS_SPECULAR && reflects(receiver.bsdf);
+  let plane_reach_m = photon_map.flatness * radius_m;
+  var sum = vec3f(0.0);
+  for (var dz = -1; dz <= 1; dz++) {
+    for (var dy = -1; dy <= 1; dy++) {
+      let y = cell.y + dy;
+      let z = cell.z + dz;
+      if (y < 0 || z < 0 || y >= dimensions.y || z >= dimensions.z) { continue; }
+      let first = cell_counts[cell_key(class_, vec3i(x_first, y, z))];
+      let last = cell_counts[cell_key(class_, vec3i(x_last, y, z)) + 1u];
+      for (var i = first; i < last; i++) {
+        let photon = load_map_position(i);
+        let offset = photon.xyz - receiver.position;
+        let distance2 = dot(offset, offset);
+        if (distance2 >= radius2 || abs(dot(offset, receiver.geometric_normal)) > plane_reach_m) { continue; }
+        let flux = load_map_flux(i);
+        if (dot(unpack_normal(bitcast<u32>(flux.w)), receiver.geometric_normal) < photon_map.normal_cos_min) { continue; }
+        let kernel = 1.0 - distance2 * inverse_radius2;
+        if (depends_on_incidence) {
+          let wi = unpack_direction(bitcast<u32>(photon.w));
+          sum += flux.xyz * gathered_bsdf(receiver.bsdf, receiver.normal, receiver.wo, wi) * kernel;
+        } else {
+          sum += flux.xyz * kernel;
+        }
+      }
+    }
+  }
+  if (!depends_on_incidence) { sum *= receiver.bsdf.diffuse / PI; }
+  return sum * (2.0 / (PI * radius2));
+}
+
+@compute @workgroup_size(64)
+fn density_estimate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+  let slot = workgroup_number(group) * 64u + local;
+  if (slot >= 2u * band_pixel_count()) { return; }
+  let point = visible_points_[slot];
+  if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u) { return; }
+  let receiver = Receiver(point.position, unpack_direction(point.packed_normal),
+                          unpack_direction(point.packed_geometric_normal), unpack_direction(point.packed_wo), bsdf_of(point));
+  let scale = radius_scale_at(pixel_centre_eccentricity_rad(slot % band_pixel_count()));
+  let sum = gather(GLOBAL, receiver, photon_map.global_radius_m * scale)
+    + gather(CAUSTIC, receiver, photon_map.caustic_radius_m * scale);
+  slot_radiance[slot] += vec4f(point.throughput * sum / f32(counters.emitted), 0.0);
+}

@@ -1,0 +1,90 @@
+//! use threads, random, bsdf
+// What the eye passes share: the eye, its gaze, the band of rows at work, and the visible points.
+// A visible point is where an eye path meets a surface whose reflected light is gathered. A pixel has two slots: the first vertex at
+// which a path could go two ways sends it both ways; later ones choose one way at random.
+// Regions: eccentricity is the true angle between a pixel's ray and the gaze ray (method.md; src/fovea/region.rs has the same formula).
+
+struct EyeUniform {
+  scene_from_view: array<vec4f, 3>,
+  slope_left_top: vec2f,       // tangent-space corner of the image, and its extent
+  slope_extent: vec2f,
+  gaze_dir_in_view: vec3f,
+  fovea_radius_rad: f32,
+  size: vec2u,
+  first_row: u32,
+  row_count: u32,
+  samples: vec3u,              // a pixel, in fovea, transition, periphery
+  transition_radius_rad: f32,
+  radius_scale: vec3f,         // of the gather radius, likewise
+  sample: u32,                 // number of the sample at work
+  seed: u32,
+  frame: u32,
+  shadow_rays: u32,
+  light_candidates: u32,
+  chain_max: u32,
+  padding0: u32,
+  padding1: u32,
+  padding2: u32,
+}
+
+@group(1) @binding(0) var<uniform> eye: EyeUniform;
+
+fn band_pixel_count() -> u32 { return eye.size.x * eye.row_count; }
+
+/// Unit direction in view space through the image point `pixel` (in pixels, row 0 at the top).
+fn dir_in_view(pixel: vec2f) -> vec3f {
+  return normalize(vec3f(eye.slope_left_top + eye.slope_extent * pixel / vec2f(eye.size), -1.0));
+}
+
+fn eccentricity_rad(dir: vec3f) -> f32 {
+  return atan2(length(cross(dir, eye.gaze_dir_in_view)), dot(dir, eye.gaze_dir_in_view));
+}
+
+/// 0 in the fovea, 1 in the periphery, smooth between.
+fn periphery_share(e_rad: f32) -> f32 {
+  return smoothstep(eye.fovea_radius_rad, max(eye.transition_radius_rad, eye.fovea_radius_rad + 1e-6), e_rad);
+}
+
+fn samples_at(e_rad: f32) -> u32 {
+  if (e_rad <= eye.fovea_radius_rad) { return eye.samples.x; }
+  if (e_rad <= eye.transition_radius_rad) { return eye.samples.y; }
+  return eye.samples.z;
+}
+
+fn radius_scale_at(e_rad: f32) -> f32 {
+  let b = periphery_share(e_rad);
+  // Through the transition's own scale at the middle.
+  return select(mix(eye.radius_scale.y, eye.radius_scale.z, 2.0 * b - 1.0), mix(eye.radius_scale.x, eye.radius_scale.y, 2.0 * b), b < 0.5);
+}
+
+fn pixel_centre_eccentricity_rad(band_pixel: u32) -> f32 {
+  let pixel = vec2u(band_pixel % eye.size.x, eye.first_row + band_pixel / eye.size.x);
+  return eccentricity_rad(dir_in_view(vec2f(pixel) + 0.5));
+}
+
+struct VisiblePoint {
+  position: vec3f,
+  packed_normal: u32,             // shading
+  throughput: vec3f,              // 0: the slot is empty
+  packed_geometric_normal: u32,
+  diffuse: vec3f,
+  packed_wo: u32,
+  f0: vec3f,
+  packed_alpha_f90: u32,
+  coat_f0: vec3f,
+  coat_f90: f32,
+}
+
+fn bsdf_of(point: VisiblePoint) -> Bsdf {
+  var bsdf: Bsdf;
+  bsdf.diffuse = point.diffuse;
+  if (HAS_SPECULAR) {
+    let alpha_f90 = unpack2x16unorm(point.packed_alpha_f90);
+    bsdf.alpha = alpha_f90.x;
+    bsdf.f90 = alpha_f90.y;
+    bsdf.f0 = point.f0;
+    bsdf.coat_f0 = point.coat_f0;
+    bsdf.coat_f90 = point.coat_f90;
+  }
+  return bsdf;
+}

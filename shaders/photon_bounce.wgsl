@@ -1,0 +1,107 @@
+//! use threads, random, bsdf, photon_paths
+// One bounce of every path of the wavefront: find the surface, leave a photon there, scatter.
+// Source: Jensen 1996; Russian roulette by the ratio of throughputs, so that photons keep about equal flux.
+// Limits: the paths' count falls from bounce to bounce; the arrays keep their order (photon_offsets, photon_append).
+
+/// All light from photon density: photons straight from a light are stored too.
+override STORE_DIRECT: bool = false;
+
+@group(1) @binding(1) var<storage, read_write> paths: array<PhotonPath>;
+@group(1) @binding(2) var<storage, read_write> counters: PhotonCounters;
+@group(1) @binding(3) var<storage, read_write> staged: array<Photon>;
+@group(1) @binding(4) var<storage, read_write> staged_flags: array<u32>;
+@group(1) @binding(5) var<storage, read_write> group_counts: array<vec2u>;
+
+const GOES_ON: u32 = 1u;
+const LEAVES_PHOTON: u32 = 2u;
+const IS_CAUSTIC: u32 = 4u;
+
+var<workgroup> alive_count: atomic<u32>;
+var<workgroup> photon_count: atomic<u32>;
+
+fn bounce(index: u32) -> u32 {
+  var path = paths[index];
+  let ray = Ray(path.origin, 3.0e38, path.direction);
+  let hit = trace(ray, false);
+  if (hit.triangle == NO_TRIANGLE) { return 0u; }
+  let surface = surface_at(hit, ray);
+  let bsdf = bsdf_at(surface);
+  let wo = -path.direction;
+  let n = surface.shading_normal;
+  var medium = path.state & NO_MEDIUM;
+  if (HAS_TRANSMISSION && medium != NO_MEDIUM) {
+    path.flux_w *= exp(-materials[medium].absorption * hit.t);
+  }
+  let has_diffused = (path.state & PATH_DIFFUSED) != 0u;
+  var flags = 0u;
+  if (is_gathered(bsdf) && (STORE_DIRECT || tracing.bounce > 0u)) {
+    staged[index] = Photon(surface.position, pack_direction(wo), path.flux_w, pack_normal(surface.geometric_normal));
+    flags = LEAVES_PHOTON | select(0u, IS_CAUSTIC, tracing.bounce > 0u && !has_diffused);
+  }
+  if (tracing.bounce + 1u >= tracing.depth_max) { return flags; }
+
+  // Pick a lobe by what it is likely to carry on.
+  var random = random_start(tracing.seed, tracing.frame, path.path, tracing.bounce);
+  let u = random_next4(&random);
+  var scatter = ABSORBED;
+  var chance = 1.0;
+  var leaves_gathered_lobe = false;
+  if (transmits(bsdf)) {
+    let h = half_vector_sample(n, wo, bsdf.alpha, u.xy);
+    let reflectance = interface_reflectance(bsdf, surface.is_front, dot(wo, h));
+    let through = (1.0 - reflectance) * luminance(bsdf.transmission);
+    let diffused = (1.0 - reflectance) * luminance(bsdf.diffuse);
+    let total = reflectance + through + diffused;
+    if (u.z * total < reflectance) {
+      let wi = reflect(-wo, h);
+      if (dot(wi, n) > 0.0) { scatter = Scatter(wi, vec3f(masking(n, wi, bsdf.alpha) * total), false); }
+    } else if (u.z * total < reflectance + through) {
+      scatter = refract_through(bsdf, n, h, wo, surface.is_front);
+      scatter.weight *= (1.0 - reflectance) * total / through;
+    } else {
+      leaves_gathered_lobe = true;
+      let wi = frame_around(n) * cosine_hemisphere_sample(random_next4(&random).xy);
+      scatter = Scatter(wi, bsdf.diffuse * ((1.0 - reflectance) * total / diffused), false);
+    }
+  } else {
+    let reflected = select(0.0, luminance(schlick(bsdf.f0, bsdf.f90, dot(wo, n))), reflects(bsdf));
+    let diffused = luminance(bsdf.diffuse) * (1.0 - select(0.0, max_component(schlick(bsdf.coat_f0, bsdf.coat_f90, dot(wo, n))), HAS_SPECULAR));
+    let total = reflected + diffused;
+    if (total <= 0.0) { return flags; }
+    chance = reflected / total;
+    if (u.z < chance) {
+      scatter = sample_reflection(bsdf, n, wo, u.xy);
+      scatter.weight /= chance;
+      leaves_gathered_lobe = gathers_reflection(bsdf);
+    } else {
+      leaves_gathered_lobe = true;
+      let wi = frame_around(n) * cosine_hemisphere_sample(u.xy);
+      scatter = Scatter(wi, lambert(bsdf, wo, wi) * (PI / (1.0 - chance)), false);
+    }
+  }
+  let flux_w = path.flux_w * scatter.weight;
+  let survival = min(1.0, max_component(flux_w) / max_component(path.flux_w));
+  // Written so that a survival that is not a number ends the path.
+  if (!(u.w < survival)) { return flags; }
+  if (scatter.is_refracted && bsdf.is_solid) { medium = select(NO_MEDIUM, surface.material, surface.is_front); }
+  paths[index] = PhotonPath(leave_surface(surface.position, surface.geometric_normal, scatter.direction),
+                            medium | select(0u, PATH_DIFFUSED, has_diffused || leaves_gathered_lobe),
+                            scatter.direction, path.path, flux_w / survival, 0u);
+  return flags | GOES_ON;
+}
+
+@compute @workgroup_size(64)
+fn photon_bounce(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+  let group_index = workgroup_number(group);
+  let index = group_index * 64u + local;
+  if (index < counters.alive) {
+    let flags = bounce(index);
+    staged_flags[index] = flags;
+    if ((flags & GOES_ON) != 0u) { atomicAdd(&alive_count, 1u); }
+    if ((flags & LEAVES_PHOTON) != 0u) { atomicAdd(&photon_count, 1u); }
+  }
+  workgroupBarrier();
+  if (local == 0u && group_index * 64u < tracing.path_count) {
+    group_counts[group_index] = vec2u(atomicLoad(&alive_count), atomicLoad(&photon_count));
+  }
+}

@@ -1,0 +1,16 @@
+//! use eye
+// Adds one sample of every pixel of the band to the image: rgb radiance sums, W/(m2 sr), and in the fourth channel their count.
+
+@group(1) @binding(2) var<storage, read_write> seen_emission: array<vec4f>;
+@group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
+@group(1) @binding(6) var<storage, read_write> image: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn resolve(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+  let band_pixel = workgroup_number(group) * 64u + local;
+  if (band_pixel >= band_pixel_count()) { return; }
+  let seen = seen_emission[band_pixel];
+  let radiance = seen.rgb + slot_radiance[band_pixel].rgb + slot_radiance[band_pixel + band_pixel_count()].rgb;
+  let index = eye.first_row * eye.size.x + band_pixel;
+  image[index] += select(vec4f(0.0), vec4f(radiance, 1.0), seen.a > 0.0);
+}

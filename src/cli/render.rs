@@ -1,0 +1,229 @@
+//! `macula render`: one still picture of a scene.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::common::{self, ImageSize};
+use super::compare::GazeAngles;
+use super::output::{OutputFile, interrupt_flag};
+use super::progress::Progress;
+use super::{CliError, CliResult, Globals};
+use crate::image::{exr, png};
+use crate::scene::{Camera, Scene};
+use crate::still::Still;
+
+/// Render one picture of a scene to linear EXR (radiance, W/(m2 sr)) or PNG.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// The scene: .glb or .gltf.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// The camera in the file, by name or index.
+    #[arg(long, value_name = "NAME|INDEX", default_value = "0")]
+    pub camera: String,
+    /// Size of the picture in pixels.
+    #[arg(long, value_name = "WxH", default_value = "512x512")]
+    pub size: ImageSize,
+    /// How light is transported: pm-direct or pm.
+    #[arg(long, value_name = "T", default_value = "pm-direct")]
+    pub technique: String,
+    /// Photons emitted a pass; short for --set photon.count=N.
+    #[arg(long, value_name = "N")]
+    pub photons: Option<u32>,
+    /// Passes to average: each has photons of its own, and the gather radius shrinks from one to the next.
+    #[arg(long, value_name = "K", default_value_t = 16, conflicts_with = "seconds", value_parser = clap::value_parser!(u32).range(1..))]
+    pub passes: u32,
+    /// Add passes until this many seconds have gone by.
+    #[arg(long, value_name = "S")]
+    pub seconds: Option<f64>,
+    /// Where the eye looks, in degrees right and up of the picture's axis: the regions around it get what the fovea parameters say.
+    #[arg(long, value_name = "AZ,EL", allow_hyphen_values = true)]
+    pub gaze: Option<GazeAngles>,
+    /// Seed of the random numbers; short for --set random.seed=N.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+    /// The picture to write: .exr holds radiance, .png a tone-mapped view of it.
+    #[arg(long, value_name = "FILE.exr|.png")]
+    pub out: PathBuf,
+}
+
+#[derive(Serialize)]
+struct Summary {
+    out: PathBuf,
+    technique: &'static str,
+    passes: u32,
+    device: String,
+    wall_s: f64,
+    pass_ms: Vec<(&'static str, f64)>,
+    counts: Vec<(&'static str, f64)>,
+    mean_w_per_m2_sr: [f64; 3],
+    params_sha256: String,
+    warnings: Vec<String>,
+}
+
+/// Renders.
+///
+/// # Errors
+/// A bad scene, parameter or place, or a failing device: each with its mend.
+pub fn run(args: Args, globals: &Globals) -> CliResult {
+    let format = PictureFormat::of(&args.out)?;
+    let mut params = common::params(globals)?;
+    if let Some(photons) = args.photons {
+        params.set("photon.count", &photons.to_string())?;
+    }
+    if let Some(seed) = args.seed {
+        params.set("random.seed", &seed.to_string())?;
+    }
+    let entry = common::technique(&args.technique)?;
+    if args
+        .seconds
+        .is_some_and(|seconds| !(seconds > 0.0 && seconds.is_finite()))
+    {
+        return Err(CliError::new("--seconds takes a positive number"));
+    }
+    let output = OutputFile::create(&args.out, globals.force)?;
+    let interrupted = interrupt_flag()?;
+
+    let scene = Scene::load(&args.scene)?;
+    let camera = find_camera(&scene, &args.camera, &args.scene)?;
+    let gpu = common::headless_device(globals)?;
+    let loaded = common::LoadedScene::new(&gpu, scene)?;
+    let view = camera.view(args.size.width, args.size.height);
+    let gaze = args.gaze.map(|gaze| gaze.dir_in_view().as_vec3());
+    let size = (args.size.width, args.size.height);
+    let mut still = Still::start(&gpu, &loaded.on_gpu, &params, entry, view, size, gaze)?;
+
+    let started = Instant::now();
+    let progress = Progress::new(
+        "rendering",
+        args.seconds.map_or(u64::from(args.passes), |_| 0),
+        "passes",
+    );
+    let mut pass_ms: Vec<(&'static str, f64)> = Vec::new();
+    let mut passes = 0;
+    let is_done = |passes: u32| match args.seconds {
+        Some(seconds) => started.elapsed() >= Duration::from_secs_f64(seconds),
+        None => passes >= args.passes,
+    };
+    while passes == 0 || !(is_done(passes) || interrupted.load(Ordering::SeqCst)) {
+        for time in still.add_pass()? {
+            match pass_ms.iter_mut().find(|(name, _)| *name == time.name) {
+                Some((_, sum)) => *sum += time.ms,
+                None => pass_ms.push((time.name, time.ms)),
+            }
+        }
+        passes += 1;
+        progress.advance(1);
+    }
+    let image = still.read()?;
+    let statistics = still.statistics()?;
+    match format {
+        PictureFormat::Exr => exr::write(output.path(), &image)?,
+        PictureFormat::Png => png::write(output.path(), &image, params.display.exposure_ev)?,
+    }
+    let out = output.finish()?;
+
+    let pixels = image.rgb.len() as f64;
+    let mean = [0, 1, 2].map(|channel| {
+        image
+            .rgb
+            .iter()
+            .map(|rgb| f64::from(rgb[channel]))
+            .sum::<f64>()
+            / pixels
+    });
+    let summary = Summary {
+        out,
+        technique: entry.name,
+        passes,
+        device: gpu.info.name.clone(),
+        wall_s: started.elapsed().as_secs_f64(),
+        pass_ms,
+        counts: statistics.counts,
+        mean_w_per_m2_sr: mean,
+        params_sha256: params.sha256(),
+        warnings: [loaded.scene.warnings.clone(), statistics.warnings].concat(),
+    };
+    report(&summary, globals);
+    Ok(())
+}
+
+fn report(summary: &Summary, globals: &Globals) {
+    if globals.json {
+        println!("{}", serde_json::json!(summary));
+        return;
+    }
+    println!(
+        "{}: {} passes of {} in {:.1} s on {}",
+        summary.out.display(),
+        summary.passes,
+        summary.technique,
+        summary.wall_s,
+        summary.device
+    );
+    for (name, ms) in &summary.pass_ms {
+        println!(
+            "  {name:<18} {:9.1} ms a pass",
+            ms / f64::from(summary.passes)
+        );
+    }
+    for (name, value) in &summary.counts {
+        println!("  {name:<18} {value:9}");
+    }
+    for warning in &summary.warnings {
+        eprintln!("warning: {warning}");
+    }
+}
+
+#[derive(Clone, Copy)]
+enum PictureFormat {
+    Exr,
+    Png,
+}
+
+impl PictureFormat {
+    fn of(path: &Path) -> Result<Self, CliError> {
+        match path
+            .extension()
+            .and_then(|extension| extension.to_str())
+            .map(str::to_lowercase)
+            .as_deref()
+        {
+            Some("exr") => Ok(Self::Exr),
+            Some("png") => Ok(Self::Png),
+            _ => Err(CliError::new(format!(
+                "{}: the picture's name must end in .exr or .png",
+                path.display()
+            ))),
+        }
+    }
+}
+
+fn find_camera(scene: &Scene, wanted: &str, path: &Path) -> Result<Camera, CliError> {
+    let by_name = scene.cameras.iter().find(|camera| camera.name == wanted);
+    let by_index = || {
+        wanted
+            .parse::<usize>()
+            .ok()
+            .and_then(|index| scene.cameras.get(index))
+    };
+    by_name.or_else(by_index).cloned().ok_or_else(|| {
+        let names: Vec<&str> = scene
+            .cameras
+            .iter()
+            .map(|camera| camera.name.as_str())
+            .collect();
+        let has = if names.is_empty() {
+            "it has none".into()
+        } else {
+            format!("it has: {}", names.join(", "))
+        };
+        CliError::new(format!(
+            "{}: no camera is named or numbered `{wanted}`; {has}",
+            path.display()
+        ))
+    })
+}

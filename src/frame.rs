@@ -1,0 +1,237 @@
+//! One frame, stage by stage: from where the head is and the eyes look, to a lit picture in each eye.
+
+use std::time::Instant;
+
+use glam::Vec3;
+
+use crate::fovea::{Fixation, FixationParams, Regions};
+use crate::gather::{EyeImage, EyeSettings};
+use crate::gaze::source::GazeParams;
+use crate::gaze::{GazeReading, GazeSample, GazeSource};
+use crate::gpu::pass::Recorder;
+use crate::gpu::timing::{PassTime, Timestamps};
+use crate::gpu::{GpuDevice, GpuError};
+use crate::image::present::Presenter;
+use crate::params::Params;
+use crate::scene::bvh::SceneCaster;
+use crate::scene::gpu_scene::GpuScene;
+use crate::scene::{Scene, ScenePose};
+use crate::technique::{FrameSettings, Statistics, Technique, TechniqueEntry};
+use crate::view::{Pose, View};
+
+/// What a frame starts from. Poses are in the session's play space (OpenXR's LOCAL).
+#[derive(Clone, Copy, Debug)]
+pub struct FrameInput {
+    /// Counts the session's frames.
+    pub index: u32,
+    /// When the frame will be seen, ns.
+    pub display_time_ns: i64,
+    /// Seconds since the session's first frame, for what moves in the scene.
+    pub scene_time_s: f64,
+    /// Where the head is.
+    pub local_from_head: Pose,
+    /// Left and right eye.
+    pub local_from_eye: [View; 2],
+    /// The eye tracker's newest sample, or `None` where it sees no eye.
+    pub gaze: Option<GazeSample>,
+}
+
+/// What a frame was made from and what it took.
+#[derive(Clone, Debug)]
+pub struct FrameOutcome {
+    /// The gaze that the frame was drawn with.
+    pub gaze: GazeReading,
+    /// Unit gaze direction in each eye's view space.
+    pub gaze_dir_in_eye: [Vec3; 2],
+    /// Where the regions end, widened while the gaze is unsure.
+    pub regions: Regions,
+    /// What was looked at.
+    pub fixation: Fixation,
+    /// Time per pass on the device; empty where it has no timestamps.
+    pub passes: Vec<PassTime>,
+    /// Wall time of the frame, ms.
+    pub wall_ms: f64,
+    /// Photon counts and warnings.
+    pub statistics: Statistics,
+}
+
+/// Everything that stays from frame to frame.
+pub struct FrameRenderer<'a> {
+    gpu: &'a GpuDevice,
+    scene: &'a Scene,
+    caster: &'a SceneCaster,
+    on_gpu: GpuScene,
+    params: Params,
+    scene_from_local: Pose,
+    gaze: GazeSource,
+    technique: Box<dyn Technique>,
+    images: [EyeImage; 2],
+    presenter: Presenter,
+    timestamps: Timestamps,
+}
+
+impl<'a> FrameRenderer<'a> {
+    /// Prepares frames of `size` per eye, shown on targets of `format`.
+    ///
+    /// # Errors
+    /// [`GpuError`] when scene or buffers do not fit the device.
+    pub fn new(
+        gpu: &'a GpuDevice,
+        scene: &'a Scene,
+        caster: &'a SceneCaster,
+        params: &Params,
+        technique: &TechniqueEntry,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+    ) -> Result<Self, GpuError> {
+        let pose = scene.pose_at(0.0);
+        let on_gpu = GpuScene::new(gpu, scene, caster, &pose)?;
+        let technique = (technique.start)(gpu, &on_gpu, params, (size[0], size[1]))?;
+        let image = || EyeImage::new(gpu, size[0], size[1]);
+        Ok(Self {
+            gpu,
+            scene,
+            caster,
+            on_gpu,
+            params: params.clone(),
+            scene_from_local: viewer_place(scene),
+            gaze: GazeSource::live(gaze_params(params)),
+            technique,
+            images: [image()?, image()?],
+            presenter: Presenter::new(gpu, format)?,
+            timestamps: Timestamps::new(gpu),
+        })
+    }
+
+    /// Renders one frame and shows it on `targets`.
+    ///
+    /// # Errors
+    /// [`GpuError`] when the device fails.
+    pub fn render(
+        &mut self,
+        input: &FrameInput,
+        targets: &[wgpu::TextureView; 2],
+    ) -> Result<FrameOutcome, GpuError> {
+        let started = Instant::now();
+        let pose = self.scene.pose_at(input.scene_time_s);
+        self.on_gpu.set_pose(self.gpu, &pose);
+        let gaze = self.gaze.update(input.display_time_ns, input.gaze.as_ref());
+        let fixation = self.fixation(input, &gaze, &pose);
+        let regions = regions(&self.params).widened(gaze.widening_rad);
+        let eyes = [0, 1].map(|eye| self.eye_settings(input, eye, &fixation, &regions));
+
+        let mut recorder = Recorder::new(self.gpu, &mut self.timestamps);
+        self.technique.prepare(
+            &mut recorder,
+            &FrameSettings {
+                frame: input.index,
+                pass: 0,
+            },
+        )?;
+        for (eye, image) in eyes.iter().zip(&self.images) {
+            image.clear(recorder.encoder());
+            self.technique.shade(&mut recorder, eye, image)?;
+        }
+        for (image, target) in self.images.iter().zip(targets) {
+            let exposure_ev = self.params.display.exposure_ev;
+            self.presenter
+                .record(self.gpu, recorder.encoder(), image, exposure_ev, target);
+        }
+        let passes = recorder.finish()?;
+
+        Ok(FrameOutcome {
+            gaze,
+            gaze_dir_in_eye: eyes.map(|eye| eye.gaze_dir_in_view),
+            regions,
+            fixation,
+            passes,
+            statistics: self.technique.statistics(self.gpu)?,
+            wall_ms: started.elapsed().as_secs_f64() * 1e3,
+        })
+    }
+
+    /// The left and right eye's pictures of the last frame.
+    pub fn images(&self) -> &[EyeImage; 2] {
+        &self.images
+    }
+
+    /// Cuts the gaze ray with the scene, so that each eye can aim at the point itself.
+    fn fixation(&self, input: &FrameInput, gaze: &GazeReading, pose: &ScenePose) -> Fixation {
+        let scene_from_head = self
+            .scene_from_local
+            .compose(input.local_from_head)
+            .to_affine();
+        let origin_m = scene_from_head.transform_point3(gaze.ray.origin_m());
+        let dir = scene_from_head.transform_vector3(gaze.ray.dir());
+        let hit = self.caster.first_hit(origin_m, dir, f32::INFINITY, pose);
+        let params = FixationParams {
+            default_distance_m: self.params.gaze.default_distance_m,
+            ..Default::default()
+        };
+        Fixation::of_ray(origin_m, dir, hit.map(|hit| hit.t), &params)
+    }
+
+    fn eye_settings(
+        &self,
+        input: &FrameInput,
+        eye: usize,
+        fixation: &Fixation,
+        regions: &Regions,
+    ) -> EyeSettings {
+        let view = input.local_from_eye[eye];
+        let scene_from_eye = self.scene_from_local.compose(view.pose);
+        // A point inside the eye has no direction: look straight ahead then.
+        let gaze_dir = fixation
+            .gaze_dir_in_eye(scene_from_eye)
+            .unwrap_or(Vec3::NEG_Z);
+        let view = View {
+            pose: scene_from_eye,
+            fov: view.fov,
+        };
+        EyeSettings {
+            fovea_radius_rad: regions.fovea_radius_rad,
+            transition_radius_rad: regions.transition_radius_rad,
+            // Each eye has random numbers of its own: alike, their noise would be seen in depth.
+            seed: self
+                .params
+                .random
+                .seed
+                .wrapping_add(0x9e37_79b9_u32.wrapping_mul(eye as u32)),
+            frame: input.index,
+            ..EyeSettings::new(&self.params, view, Some(gaze_dir))
+        }
+    }
+}
+
+/// Where the regions end by the parameters.
+pub fn regions(params: &Params) -> Regions {
+    Regions {
+        fovea_radius_rad: params.fovea.radius_deg.to_radians(),
+        transition_radius_rad: params.fovea.transition_deg.to_radians(),
+    }
+}
+
+fn gaze_params(params: &Params) -> GazeParams {
+    GazeParams {
+        hold_ns: (f64::from(params.gaze.hold_s) * 1e9) as i64,
+        widening_rad_s: params.gaze.widening_deg_s.to_radians(),
+        widening_max_rad: params.gaze.widening_max_deg.to_radians(),
+        ..GazeParams::default()
+    }
+}
+
+/// Where the play space lies in the scene: at the file's first camera, upright, turned as it is; in the middle without one.
+fn viewer_place(scene: &Scene) -> Pose {
+    let Some(camera) = scene.cameras.first() else {
+        return Pose {
+            position_m: scene.bounds.center(),
+            ..Pose::IDENTITY
+        };
+    };
+    let ahead = camera.pose.orientation * Vec3::NEG_Z;
+    let yaw_rad = f32::atan2(-ahead.x, -ahead.z);
+    Pose {
+        orientation: glam::Quat::from_rotation_y(yaw_rad),
+        position_m: camera.pose.position_m,
+    }
+}

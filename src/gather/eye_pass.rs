@@ -1,0 +1,231 @@
+//! The passes of one eye: visible points, direct light, density estimate, resolve; sample by sample, in bands of rows, so that the
+//! buffers of visible points stay small whatever the image's size.
+
+use std::f32::consts::PI;
+
+use glam::{Affine3A, Vec2, Vec3};
+
+use super::EyeImage;
+use crate::gpu::layout::{self, EyeUniform, VisiblePoint};
+use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, UniformSequence};
+use crate::gpu::resources;
+use crate::gpu::shader::stages;
+use crate::gpu::{GpuDevice, GpuError};
+use crate::params::Params;
+use crate::photon::{PhotonMap, PhotonTracer};
+use crate::scene::gpu_scene::GpuScene;
+use crate::view::{Fov, View};
+
+/// Slots of visible points a pixel (shaders/eye.wgsl).
+const SLOTS: u32 = 2;
+/// Most bytes that a band's visible points take.
+const BAND_BYTES: u64 = 64 << 20;
+
+/// What an eye's pixels get.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EyeSettings {
+    /// Scene space from view space.
+    pub scene_from_view: Affine3A,
+    /// Field of view.
+    pub fov: Fov,
+    /// Unit gaze direction in this eye's view space.
+    pub gaze_dir_in_view: Vec3,
+    /// Half-angle of the fovea, radians; π and more: the whole image is fovea.
+    pub fovea_radius_rad: f32,
+    /// Half-angle where the periphery begins, radians.
+    pub transition_radius_rad: f32,
+    /// Samples a pixel in fovea, transition, periphery.
+    pub samples: [u32; 3],
+    /// Factor on the gather radius, likewise.
+    pub radius_scale: [f32; 3],
+    /// Shadow rays a visible point.
+    pub shadow_rays: u32,
+    /// Light candidates a shadow ray.
+    pub light_candidates: u32,
+    /// Most traced vertices of an eye path.
+    pub chain_max: u32,
+    /// Seed of the random numbers; give each eye its own.
+    pub seed: u32,
+    /// Number of the frame or pass.
+    pub frame: u32,
+}
+
+impl EyeSettings {
+    /// What an eye's pixels get by the parameters; without a gaze the whole image is fovea. `view` is in scene space.
+    pub fn new(params: &Params, view: View, gaze_dir_in_view: Option<Vec3>) -> Self {
+        let fovea = &params.fovea;
+        let (fovea_radius_rad, transition_radius_rad) = match gaze_dir_in_view {
+            Some(_) => (
+                fovea.radius_deg.to_radians(),
+                fovea.transition_deg.to_radians(),
+            ),
+            None => (2.0 * PI, 2.0 * PI),
+        };
+        Self {
+            scene_from_view: view.pose.to_affine(),
+            fov: view.fov,
+            gaze_dir_in_view: gaze_dir_in_view.unwrap_or(Vec3::NEG_Z),
+            fovea_radius_rad,
+            transition_radius_rad,
+            samples: [
+                fovea.samples,
+                fovea.transition_samples,
+                fovea.periphery_samples,
+            ],
+            radius_scale: [
+                1.0,
+                fovea.transition_radius_scale,
+                fovea.periphery_radius_scale,
+            ],
+            shadow_rays: params.direct.shadow_rays,
+            light_candidates: params.direct.candidates,
+            chain_max: params.eye.chain_max,
+            seed: params.random.seed,
+            frame: 0,
+        }
+    }
+}
+
+/// Buffers and kernels of the eye passes for one image size.
+pub struct EyePass {
+    uniforms: UniformSequence,
+    visible_points: BoundKernel,
+    direct_light: BoundKernel,
+    density_estimate: BoundKernel,
+    resolve: Kernel,
+    seen_emission: wgpu::Buffer,
+    slot_radiance: wgpu::Buffer,
+    width: u32,
+    height: u32,
+    band_rows: u32,
+    samples_max: u32,
+}
+
+impl EyePass {
+    /// Prepares images of `width` × `height` with at most `samples_max` samples a pixel.
+    ///
+    /// # Errors
+    /// [`GpuError`] when a buffer can't be made.
+    pub fn new(
+        gpu: &GpuDevice,
+        scene: &GpuScene,
+        tracer: &PhotonTracer,
+        map: &PhotonMap,
+        constants: &Constants,
+        (width, height): (u32, u32),
+        samples_max: u32,
+    ) -> Result<Self, GpuError> {
+        let row_bytes = u64::from(width) * u64::from(SLOTS) * size_of::<VisiblePoint>() as u64;
+        let band_rows = (BAND_BYTES / row_bytes).clamp(1, u64::from(height.max(1))) as u32;
+        let pixels = u64::from(width) * u64::from(band_rows);
+        let slots = pixels * u64::from(SLOTS);
+        let bands = height.div_ceil(band_rows);
+        let uniforms = UniformSequence::new::<EyeUniform>(gpu, "eye", bands * samples_max);
+        let points = resources::storage::<VisiblePoint>(gpu, "visible_points_", slots)?;
+        let seen_emission = resources::storage::<[f32; 4]>(gpu, "seen_emission", pixels)?;
+        let slot_radiance = resources::storage::<[f32; 4]>(gpu, "slot_radiance", slots)?;
+        let bound = scene
+            .resources()
+            .with_all(tracer.resources())
+            .with_all(map.resources())
+            .with("eye", uniforms.buffer())
+            .with("visible_points_", &points)
+            .with("seen_emission", &seen_emission)
+            .with("slot_radiance", &slot_radiance);
+        let chunk_count = |array: &str| scene.chunk_count(array).unwrap_or(tracer.chunks());
+        let kernel = |stage| Kernel::new(gpu, stage, constants, &chunk_count);
+        Ok(Self {
+            visible_points: kernel(stages::visible_points)?.bind(gpu, &bound)?,
+            direct_light: kernel(stages::direct_light)?.bind(gpu, &bound)?,
+            density_estimate: kernel(stages::density_estimate)?.bind(gpu, &bound)?,
+            resolve: kernel(stages::resolve)?,
+            uniforms,
+            seen_emission,
+            slot_radiance,
+            width,
+            height,
+            band_rows,
+            samples_max,
+        })
+    }
+
+    /// Records the samples of one eye, added onto `image`.
+    ///
+    /// # Errors
+    /// [`GpuError::Unbound`] never in practice: the resolve pass is bound to `image` here.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder<'_>,
+        settings: &EyeSettings,
+        image: &EyeImage,
+    ) -> Result<(), GpuError> {
+        let gpu = recorder.gpu();
+        let resources = resources_of_resolve(self, image);
+        let resolve = self.resolve.bind(gpu, &resources)?;
+        let values = self.uniform_values(settings);
+        // The values are read by copies of this and later submissions: finish with the old ones first.
+        recorder.submit();
+        self.uniforms.write(gpu, &values);
+        for (index, value) in values.iter().enumerate() {
+            let pixels = value.row_count * self.width;
+            self.uniforms.select(recorder, index as u32);
+            recorder.pass("visible points", &[(&self.visible_points, pixels)]);
+            recorder.pass("direct light", &[(&self.direct_light, pixels * SLOTS)]);
+            recorder.pass(
+                "density estimate",
+                &[(&self.density_estimate, pixels * SLOTS)],
+            );
+            recorder.pass("resolve", &[(&resolve, pixels)]);
+            recorder.submit();
+        }
+        Ok(())
+    }
+
+    fn uniform_values(&self, settings: &EyeSettings) -> Vec<EyeUniform> {
+        let corner = settings.fov.slope_at(Vec2::ZERO);
+        let samples = settings
+            .samples
+            .map(|count| count.clamp(1, self.samples_max));
+        let whole = EyeUniform {
+            scene_from_view: layout::affine_rows(settings.scene_from_view),
+            slope_left_top: corner.to_array(),
+            slope_extent: (settings.fov.slope_at(Vec2::ONE) - corner).to_array(),
+            gaze_dir_in_view: settings.gaze_dir_in_view.to_array(),
+            fovea_radius_rad: settings.fovea_radius_rad,
+            size: [self.width, self.height],
+            samples,
+            transition_radius_rad: settings.transition_radius_rad,
+            radius_scale: settings.radius_scale,
+            seed: settings.seed,
+            frame: settings.frame,
+            shadow_rays: settings.shadow_rays,
+            light_candidates: settings.light_candidates,
+            chain_max: settings.chain_max,
+            ..Default::default()
+        };
+        let most_samples = samples.into_iter().max().unwrap_or(1);
+        (0..self.height)
+            .step_by(self.band_rows as usize)
+            .flat_map(|first_row| {
+                let row_count = self.band_rows.min(self.height - first_row);
+                (0..most_samples).map(move |sample| EyeUniform {
+                    first_row,
+                    row_count,
+                    sample,
+                    ..whole
+                })
+            })
+            .collect()
+    }
+}
+
+fn resources_of_resolve<'a>(
+    pass: &'a EyePass,
+    image: &'a EyeImage,
+) -> crate::gpu::pass::Resources<'a> {
+    crate::gpu::pass::Resources::default()
+        .with("eye", pass.uniforms.buffer())
+        .with("seen_emission", &pass.seen_emission)
+        .with("slot_radiance", &pass.slot_radiance)
+        .with("image", image.buffer())
+}

@@ -1,0 +1,332 @@
+//! Kernels (a compiled entry point), what they bind, and the recording of timed passes.
+
+use std::collections::BTreeMap;
+
+use bytemuck::Pod;
+
+use super::device::{GpuDevice, GpuError};
+use super::shader::{self, BindingKind, Reflection, ShaderError, Stage};
+use super::timing::{PassTime, Timestamps};
+
+/// A compute pipeline with the names of what it binds.
+#[derive(Debug)]
+pub struct Kernel {
+    stage: Stage,
+    pipeline: wgpu::ComputePipeline,
+    group_layouts: Vec<wgpu::BindGroupLayout>,
+    reflection: Reflection,
+}
+
+/// `override` constants of a kernel, by name. Constants that a shader does not declare are left out for it.
+pub type Constants = [(&'static str, f64)];
+
+impl Kernel {
+    /// Compiles `stage` with the given constants and array splits.
+    ///
+    /// # Errors
+    /// [`ShaderError`] when the embedded source does not compose or validate.
+    pub fn new(
+        gpu: &GpuDevice,
+        stage: Stage,
+        constants: &Constants,
+        chunk_count: &dyn Fn(&str) -> u32,
+    ) -> Result<Self, ShaderError> {
+        let source = shader::compose(stage.name, chunk_count)?;
+        let reflection = shader::reflect(stage.name, &source, stage.name)?;
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(stage.name),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        };
+        // SAFETY: bounds checks and loop bounding cost a third of the traversal's speed. Every index in our shaders is either below
+        // a count that the host wrote together with the buffer, or compared with the array's length; every loop is bounded by a
+        // count or by the depth of a BVH that the host measured.
+        let module = unsafe {
+            gpu.device
+                .create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked())
+        };
+        let group_count = reflection
+            .bindings
+            .iter()
+            .map(|b| b.group + 1)
+            .max()
+            .unwrap_or(0);
+        let group_layouts: Vec<wgpu::BindGroupLayout> = (0..group_count)
+            .map(|group| {
+                let entries: Vec<wgpu::BindGroupLayoutEntry> = reflection
+                    .bindings
+                    .iter()
+                    .filter(|binding| binding.group == group)
+                    .map(|binding| layout_entry(binding.binding, binding.kind))
+                    .collect();
+                gpu.device
+                    .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                        label: Some(stage.name),
+                        entries: &entries,
+                    })
+            })
+            .collect();
+        let layout_refs: Vec<Option<&wgpu::BindGroupLayout>> =
+            group_layouts.iter().map(Some).collect();
+        let layout = gpu
+            .device
+            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(stage.name),
+                bind_group_layouts: &layout_refs,
+                immediate_size: 0,
+            });
+        let known: Vec<(&str, f64)> = constants
+            .iter()
+            .copied()
+            .filter(|(name, _)| reflection.overrides.iter().any(|declared| declared == name))
+            .collect();
+        let pipeline = gpu
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(stage.name),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(stage.name),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &known,
+                    ..Default::default()
+                },
+                cache: None,
+            });
+        Ok(Self {
+            stage,
+            pipeline,
+            group_layouts,
+            reflection,
+        })
+    }
+
+    /// Binds the kernel's resources by their names in WGSL.
+    ///
+    /// # Errors
+    /// [`GpuError::Unbound`] names the resource that `resources` lacks.
+    pub fn bind(
+        &self,
+        gpu: &GpuDevice,
+        resources: &Resources<'_>,
+    ) -> Result<BoundKernel, GpuError> {
+        let mut groups = Vec::with_capacity(self.group_layouts.len());
+        for (group, layout) in self.group_layouts.iter().enumerate() {
+            let mut entries = Vec::new();
+            for binding in self
+                .reflection
+                .bindings
+                .iter()
+                .filter(|b| b.group as usize == group)
+            {
+                let resource = resources
+                    .get(&binding.name)
+                    .ok_or_else(|| GpuError::Unbound {
+                        stage: self.stage.name.into(),
+                        resource: binding.name.clone(),
+                    })?;
+                entries.push(wgpu::BindGroupEntry {
+                    binding: binding.binding,
+                    resource,
+                });
+            }
+            groups.push(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(self.stage.name),
+                layout,
+                entries: &entries,
+            }));
+        }
+        Ok(BoundKernel {
+            stage: self.stage,
+            pipeline: self.pipeline.clone(),
+            groups,
+            workgroup_size: self.reflection.workgroup_size,
+        })
+    }
+}
+
+fn layout_entry(binding: u32, kind: BindingKind) -> wgpu::BindGroupLayoutEntry {
+    let ty = match kind {
+        BindingKind::Uniform => wgpu::BufferBindingType::Uniform,
+        BindingKind::StorageRead => wgpu::BufferBindingType::Storage { read_only: true },
+        BindingKind::StorageReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+    };
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    }
+}
+
+/// Buffers by their names in WGSL.
+#[derive(Clone, Default)]
+pub struct Resources<'a> {
+    by_name: BTreeMap<String, wgpu::BindingResource<'a>>,
+}
+
+impl<'a> Resources<'a> {
+    /// Adds a whole buffer under a name; a later one replaces an earlier one.
+    pub fn with(mut self, name: &str, buffer: &'a wgpu::Buffer) -> Self {
+        self.by_name
+            .insert(name.to_owned(), buffer.as_entire_binding());
+        self
+    }
+
+    /// Adds all of `other`.
+    pub fn with_all(mut self, other: Resources<'a>) -> Self {
+        self.by_name.extend(other.by_name);
+        self
+    }
+
+    fn get(&self, name: &str) -> Option<wgpu::BindingResource<'a>> {
+        self.by_name.get(name).cloned()
+    }
+}
+
+/// A kernel with its buffers, ready to dispatch.
+#[derive(Clone, Debug)]
+pub struct BoundKernel {
+    stage: Stage,
+    pipeline: wgpu::ComputePipeline,
+    groups: Vec<wgpu::BindGroup>,
+    workgroup_size: [u32; 3],
+}
+
+/// Most workgroups in one dimension of a dispatch (WebGPU's default limit, the smallest that Vulkan guarantees).
+pub const WORKGROUPS_PER_DIMENSION: u32 = 65_535;
+
+/// Records work for the device, each group of dispatches under a name that shows in the timings, and submits it in portions: a
+/// submission that takes seconds would freeze a desktop, or be taken for a hang.
+pub struct Recorder<'a> {
+    gpu: &'a GpuDevice,
+    encoder: wgpu::CommandEncoder,
+    timestamps: &'a mut Timestamps,
+}
+
+impl<'a> Recorder<'a> {
+    /// Starts recording; passes are timed into `timestamps`.
+    pub fn new(gpu: &'a GpuDevice, timestamps: &'a mut Timestamps) -> Self {
+        let encoder = gpu.device.create_command_encoder(&Default::default());
+        Self {
+            gpu,
+            encoder,
+            timestamps,
+        }
+    }
+
+    /// The device recorded for.
+    pub fn gpu(&self) -> &'a GpuDevice {
+        self.gpu
+    }
+
+    /// The encoder, for copies and clears between passes.
+    pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        &mut self.encoder
+    }
+
+    /// One timed pass of several dispatches, each with its count of threads. Dispatches see the writes of those before them.
+    pub fn pass(&mut self, name: &'static str, dispatches: &[(&BoundKernel, u32)]) {
+        let timestamp_writes = self.timestamps.compute_writes(name);
+        let mut pass = self
+            .encoder
+            .begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(name),
+                timestamp_writes,
+            });
+        for (kernel, threads) in dispatches {
+            let groups = threads.div_ceil(kernel.workgroup_size[0]);
+            if groups == 0 {
+                continue;
+            }
+            pass.set_pipeline(&kernel.pipeline);
+            for (index, group) in kernel.groups.iter().enumerate() {
+                pass.set_bind_group(index as u32, group, &[]);
+            }
+            // Shaders number their workgroups row by row (shaders/threads.wgsl).
+            let rows = groups.div_ceil(WORKGROUPS_PER_DIMENSION);
+            pass.dispatch_workgroups(groups.min(WORKGROUPS_PER_DIMENSION), rows, 1);
+        }
+    }
+
+    /// Submits what was recorded so far and goes on.
+    pub fn submit(&mut self) {
+        let next = self.gpu.device.create_command_encoder(&Default::default());
+        self.gpu
+            .queue
+            .submit([std::mem::replace(&mut self.encoder, next).finish()]);
+    }
+
+    /// Submits the rest, waits for all of it and reads the times of the passes.
+    ///
+    /// # Errors
+    /// [`GpuError::Failed`] when the device is lost.
+    pub fn finish(mut self) -> Result<Vec<PassTime>, GpuError> {
+        self.timestamps.resolve(&mut self.encoder);
+        self.gpu.queue.submit([self.encoder.finish()]);
+        self.gpu.wait("rendering")?;
+        self.timestamps.read(self.gpu)
+    }
+}
+
+/// Values that one uniform buffer takes on, one after the other, within a submission.
+#[derive(Debug)]
+pub struct UniformSequence {
+    uniform: wgpu::Buffer,
+    values: wgpu::Buffer,
+    stride: u64,
+}
+
+impl UniformSequence {
+    /// Room for `count` values of `T`.
+    pub fn new<T: Pod>(gpu: &GpuDevice, name: &str, count: u32) -> Self {
+        let stride = (size_of::<T>() as u64).next_multiple_of(16);
+        let values = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(name),
+            size: stride * u64::from(count.max(1)),
+            usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self {
+            uniform: super::resources::uniform::<T>(gpu, name),
+            values,
+            stride,
+        }
+    }
+
+    /// The uniform buffer to bind.
+    pub fn buffer(&self) -> &wgpu::Buffer {
+        &self.uniform
+    }
+
+    /// Writes all values; they hold from the next submission on.
+    pub fn write<T: Pod>(&self, gpu: &GpuDevice, values: &[T]) {
+        let mut bytes = vec![0u8; self.stride as usize * values.len()];
+        for (slot, value) in bytes.chunks_exact_mut(self.stride as usize).zip(values) {
+            slot[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(value));
+        }
+        gpu.queue.write_buffer(&self.values, 0, &bytes);
+    }
+
+    /// Lets the uniform hold value `index` for the passes recorded from here on.
+    pub fn select(&self, recorder: &mut Recorder<'_>, index: u32) {
+        let offset = self.stride * u64::from(index);
+        recorder.encoder().copy_buffer_to_buffer(
+            &self.values,
+            offset,
+            &self.uniform,
+            0,
+            self.stride,
+        );
+    }
+}
+
+impl BoundKernel {
+    /// The stage that this kernel runs.
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+}

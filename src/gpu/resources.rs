@@ -1,0 +1,173 @@
+//! Buffers: made by name and size, checked against the device's limits, cut into chunks where one binding is too small, read back.
+
+use bytemuck::Pod;
+
+use super::device::{GpuDevice, GpuError};
+use super::pass::Resources;
+use super::shader::CHUNK_SHIFT;
+
+/// Smallest buffer that is made: an empty array still binds one element of any shared struct.
+const MIN_BYTES: u64 = 256;
+
+fn usage() -> wgpu::BufferUsages {
+    wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC
+}
+
+/// A storage buffer of `count` elements of `T`, zeroed.
+///
+/// # Errors
+/// [`GpuError::BufferTooLarge`] when the device can't hold or bind it.
+pub fn storage<T: Pod>(gpu: &GpuDevice, name: &str, count: u64) -> Result<wgpu::Buffer, GpuError> {
+    let bytes = (count.saturating_mul(size_of::<T>() as u64))
+        .max(MIN_BYTES)
+        .next_multiple_of(16);
+    let limits = gpu.device.limits();
+    let limit = limits
+        .max_buffer_size
+        .min(limits.max_storage_buffer_binding_size);
+    if bytes > limit {
+        return Err(GpuError::BufferTooLarge {
+            buffer: name.into(),
+            bytes,
+            limit,
+        });
+    }
+    Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(name),
+        size: bytes,
+        usage: usage(),
+        mapped_at_creation: false,
+    }))
+}
+
+/// A storage buffer that holds `data`.
+///
+/// # Errors
+/// [`GpuError::BufferTooLarge`] when the device can't hold or bind it.
+pub fn storage_with<T: Pod>(
+    gpu: &GpuDevice,
+    name: &str,
+    data: &[T],
+) -> Result<wgpu::Buffer, GpuError> {
+    let buffer = storage::<T>(gpu, name, data.len() as u64)?;
+    gpu.queue
+        .write_buffer(&buffer, 0, bytemuck::cast_slice(data));
+    Ok(buffer)
+}
+
+/// A uniform buffer for one `T`.
+pub fn uniform<T: Pod>(gpu: &GpuDevice, name: &str) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(name),
+        size: (size_of::<T>() as u64).next_multiple_of(16),
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// An array in as many buffers as its size needs, reached in WGSL through a `//! split` declaration of the same name.
+#[derive(Debug)]
+pub struct SplitArray {
+    name: &'static str,
+    chunks: Vec<wgpu::Buffer>,
+}
+
+impl SplitArray {
+    /// Room for `count` elements of `T`.
+    ///
+    /// # Errors
+    /// [`GpuError::BufferTooLarge`] when even one chunk is too large for the device.
+    pub fn new<T: Pod>(gpu: &GpuDevice, name: &'static str, count: u64) -> Result<Self, GpuError> {
+        let chunk = 1u64 << CHUNK_SHIFT;
+        let chunks = (0..Self::chunk_count(count))
+            .map(|index| {
+                storage::<T>(
+                    gpu,
+                    &format!("{name}_{index}"),
+                    (count - u64::from(index) * chunk).min(chunk),
+                )
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self { name, chunks })
+    }
+
+    /// An array that holds `data`.
+    ///
+    /// # Errors
+    /// [`GpuError::BufferTooLarge`] when even one chunk is too large for the device.
+    pub fn with<T: Pod>(gpu: &GpuDevice, name: &'static str, data: &[T]) -> Result<Self, GpuError> {
+        let array = Self::new::<T>(gpu, name, data.len() as u64)?;
+        for (chunk, part) in array.chunks.iter().zip(data.chunks(1 << CHUNK_SHIFT)) {
+            gpu.queue.write_buffer(chunk, 0, bytemuck::cast_slice(part));
+        }
+        Ok(array)
+    }
+
+    /// Its name in WGSL.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// How many chunks this array has.
+    pub fn chunks(&self) -> u32 {
+        self.chunks.len() as u32
+    }
+
+    /// Into how many chunks an array of `count` elements is cut.
+    pub fn chunk_count(count: u64) -> u32 {
+        count.div_ceil(1 << CHUNK_SHIFT).max(1) as u32
+    }
+
+    /// Bytes of all chunks.
+    pub fn bytes(&self) -> u64 {
+        self.chunks.iter().map(wgpu::Buffer::size).sum()
+    }
+
+    /// The chunks by their WGSL names, under the array's own name or an alias (for ping-pong).
+    pub fn resources_as<'a>(&'a self, name: &str) -> Resources<'a> {
+        self.chunks
+            .iter()
+            .enumerate()
+            .fold(Resources::default(), |all, (index, chunk)| {
+                all.with(&format!("{name}_{index}"), chunk)
+            })
+    }
+
+    /// The chunks by their WGSL names.
+    pub fn resources(&self) -> Resources<'_> {
+        self.resources_as(self.name)
+    }
+}
+
+/// Copies the first `count` elements of a buffer to the host; waits for the device.
+///
+/// # Errors
+/// [`GpuError::Failed`] when the device is lost.
+pub fn read_back<T: Pod>(
+    gpu: &GpuDevice,
+    buffer: &wgpu::Buffer,
+    count: u64,
+) -> Result<Vec<T>, GpuError> {
+    let bytes = (count * size_of::<T>() as u64).next_multiple_of(4);
+    let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size: bytes,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+    gpu.queue.submit([encoder.finish()]);
+    staging.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+    gpu.wait("reading results back")?;
+    let mapped = staging
+        .slice(..)
+        .get_mapped_range()
+        .map_err(|error| GpuError::Failed {
+            during: "reading results back".into(),
+            reason: error.to_string(),
+        })?;
+    Ok(bytemuck::pod_collect_to_vec(
+        &mapped[..count as usize * size_of::<T>()],
+    ))
+}

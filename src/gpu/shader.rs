@@ -1,0 +1,279 @@
+//! The registry of WGSL modules and entry points, and how a dispatch's source is put together.
+//!
+//! A shader file names the shared modules that it builds on in a first line `//! use a, b`. WGSL does not care about the order of
+//! declarations, so composing is concatenating each module once. An array that may outgrow the device's largest binding is declared
+//! by a line `//! split ..` (see [`split_declaration`]) and reached through the accessors which that line generates.
+
+use std::collections::BTreeSet;
+
+/// One compute entry point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stage {
+    /// Name of the pass in timings and statistics; also the file's stem in `shaders/` and the entry point.
+    pub name: &'static str,
+}
+
+macro_rules! shader_registry {
+    (shared: $($shared:ident),+; stages: $($stage:ident),+; draws: $($draw:ident),+;) => {
+        /// Every WGSL file: stem and text.
+        pub const MODULES: &[(&str, &str)] = &[
+            $((stringify!($shared), include_str!(concat!("../../shaders/", stringify!($shared), ".wgsl"))),)+
+            $((stringify!($stage), include_str!(concat!("../../shaders/", stringify!($stage), ".wgsl"))),)+
+            $((stringify!($draw), include_str!(concat!("../../shaders/", stringify!($draw), ".wgsl"))),)+
+        ];
+        /// Every compute entry point there is, named as its file.
+        pub mod stages {
+            use super::Stage;
+            $(
+                #[doc = concat!("`shaders/", stringify!($stage), ".wgsl`.")]
+                #[allow(non_upper_case_globals, reason = "a stage is written as its file is named")]
+                pub const $stage: Stage = Stage { name: stringify!($stage) };
+            )+
+            /// All of them, in frame order.
+            pub const ALL: &[Stage] = &[$($stage),+];
+            /// Files with a vertex and a fragment entry point (`vertex_main`, `fragment_main`).
+            pub const DRAWS: &[&str] = &[$(stringify!($draw)),+];
+        }
+    };
+}
+
+shader_registry! {
+    shared: threads, random, packing, scene, traversal, surface, bsdf, lights, eye, photon_paths, photon_map, scan, radix;
+    stages: photon_emit, photon_bounce, photon_offsets, photon_append, photon_commit,
+        photon_keys, radix_count, radix_scatter, scan_blocks, scan_totals, scan_add,
+        grid_count, photon_arrange,
+        visible_points, direct_light, density_estimate, resolve;
+    draws: present;
+}
+
+/// What can be wrong with the shaders that macula carries (never with user input).
+#[derive(Debug, thiserror::Error)]
+pub enum ShaderError {
+    /// A `//! use` line names no file in `shaders/`.
+    #[error("shader module `{0}` is not in the registry")]
+    UnknownModule(String),
+    /// A `//! split` line can't be read.
+    #[error("shader module `{module}`: can't read `{line}`")]
+    BadDirective {
+        /// File's stem.
+        module: String,
+        /// The line.
+        line: String,
+    },
+    /// naga refuses the composed source.
+    #[error("shader `{name}` is not valid WGSL: {message}")]
+    Invalid {
+        /// File's stem.
+        name: String,
+        /// naga's message.
+        message: String,
+    },
+}
+
+/// Puts a shader's source together from its file and the shared modules that it uses.
+///
+/// `chunk_count` says into how many bindings an array declared by `//! split` is cut, by array name; 1 where it says nothing.
+///
+/// # Errors
+/// [`ShaderError`] for an unknown module or an unreadable directive.
+pub fn compose(name: &str, chunk_count: &dyn Fn(&str) -> u32) -> Result<String, ShaderError> {
+    let mut seen = BTreeSet::new();
+    let mut source = String::new();
+    append_module(name, chunk_count, &mut seen, &mut source)?;
+    Ok(source)
+}
+
+fn append_module(
+    name: &str,
+    chunk_count: &dyn Fn(&str) -> u32,
+    seen: &mut BTreeSet<String>,
+    source: &mut String,
+) -> Result<(), ShaderError> {
+    if !seen.insert(name.to_owned()) {
+        return Ok(());
+    }
+    let (_, text) = MODULES
+        .iter()
+        .find(|(module, _)| *module == name)
+        .ok_or_else(|| ShaderError::UnknownModule(name.to_owned()))?;
+    for used in text
+        .lines()
+        .filter_map(|line| line.strip_prefix("//! use "))
+        .flat_map(|list| list.split(','))
+    {
+        append_module(used.trim(), chunk_count, seen, source)?;
+    }
+    for line in text.lines() {
+        if let Some(directive) = line.strip_prefix("//! split ") {
+            let declaration = split_declaration(directive, chunk_count).ok_or_else(|| {
+                ShaderError::BadDirective {
+                    module: name.to_owned(),
+                    line: line.to_owned(),
+                }
+            })?;
+            source.push_str(&declaration);
+        } else {
+            source.push_str(line);
+            source.push('\n');
+        }
+    }
+    Ok(())
+}
+
+/// log2 of the elements in one chunk of a split array: 2²² elements of 16 bytes are 64 MiB, half of the smallest binding limit met.
+pub const CHUNK_SHIFT: u32 = 22;
+
+/// Turns `NAME: ELEMENT, ACCESS, GROUP, FIRST_BINDING` into as many bindings as the array has chunks, and the functions
+/// `load_NAME(index)` and, for `read_write`, `store_NAME(index, value)`. With one chunk they are plain indexing.
+fn split_declaration(directive: &str, chunk_count: &dyn Fn(&str) -> u32) -> Option<String> {
+    let (name, rest) = directive.split_once(':')?;
+    let name = name.trim();
+    let fields: Vec<&str> = rest.split(',').map(str::trim).collect();
+    let &[element, access, group, first_binding] = fields.as_slice() else {
+        return None;
+    };
+    let first_binding: u32 = first_binding.parse().ok()?;
+    let chunks = chunk_count(name).max(1);
+    let mut out = String::new();
+    for chunk in 0..chunks {
+        out += &format!(
+            "@group({group}) @binding({}) var<storage, {access}> {name}_{chunk}: array<{element}>;\n",
+            first_binding + chunk
+        );
+    }
+    let body = |access_one: &dyn Fn(u32, &str) -> String| {
+        if chunks == 1 {
+            return access_one(0, "index");
+        }
+        let local = format!("(index & {}u)", (1u32 << CHUNK_SHIFT) - 1);
+        let cases: String = (1..chunks)
+            .map(|chunk| format!("    case {chunk}u: {{ {} }}\n", access_one(chunk, &local)))
+            .collect();
+        format!(
+            "  switch index >> {CHUNK_SHIFT}u {{\n{cases}    default: {{ {} }}\n  }}\n",
+            access_one(0, &local)
+        )
+    };
+    out += &format!(
+        "fn load_{name}(index: u32) -> {element} {{\n{}\n}}\n",
+        body(&|chunk, index| format!("return {name}_{chunk}[{index}];"))
+    );
+    if access == "read_write" {
+        out += &format!(
+            "fn store_{name}(index: u32, value: {element}) {{\n{}\n}}\n",
+            body(&|chunk, index| format!("{name}_{chunk}[{index}] = value;"))
+        );
+    }
+    Some(out)
+}
+
+/// A composed source, parsed and checked, with what its entry point binds.
+#[derive(Debug)]
+pub struct Reflection {
+    /// Bindings that the entry point uses, in order of group and binding.
+    pub bindings: Vec<Binding>,
+    /// Threads in a workgroup.
+    pub workgroup_size: [u32; 3],
+    /// Names of the `override` constants that the source declares.
+    pub overrides: Vec<String>,
+}
+
+/// One resource that a shader binds, by its name in WGSL.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// Name of the variable.
+    pub name: String,
+    /// `@group`.
+    pub group: u32,
+    /// `@binding`.
+    pub binding: u32,
+    /// Uniform, storage read or storage read-write.
+    pub kind: BindingKind,
+}
+
+/// What kind of buffer a binding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BindingKind {
+    /// `var<uniform>`.
+    Uniform,
+    /// `var<storage, read>`.
+    StorageRead,
+    /// `var<storage, read_write>`.
+    StorageReadWrite,
+}
+
+/// Parses and validates composed WGSL with the capabilities that macula's device asks for (none beyond WebGPU's own).
+///
+/// # Errors
+/// [`ShaderError::Invalid`] with naga's message.
+pub fn validate(
+    name: &str,
+    source: &str,
+) -> Result<(naga::Module, naga::valid::ModuleInfo), ShaderError> {
+    let module = naga::front::wgsl::parse_str(source).map_err(|error| ShaderError::Invalid {
+        name: name.to_owned(),
+        message: error.emit_to_string(source),
+    })?;
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::default(),
+    );
+    let info = validator
+        .validate(&module)
+        .map_err(|error| ShaderError::Invalid {
+            name: name.to_owned(),
+            message: error.emit_to_string(source),
+        })?;
+    Ok((module, info))
+}
+
+/// Reads what the entry point `entry` binds.
+///
+/// # Errors
+/// [`ShaderError::Invalid`] when the source has no such entry point or is not valid.
+pub fn reflect(name: &str, source: &str, entry: &str) -> Result<Reflection, ShaderError> {
+    let (module, info) = validate(name, source)?;
+    let index = module
+        .entry_points
+        .iter()
+        .position(|point| point.name == entry)
+        .ok_or_else(|| ShaderError::Invalid {
+            name: name.to_owned(),
+            message: format!("it has no entry point `{entry}`"),
+        })?;
+    let entry_info = info.get_entry_point(index);
+    let mut bindings: Vec<Binding> = module
+        .global_variables
+        .iter()
+        .filter(|(handle, _)| !entry_info[*handle].is_empty())
+        .filter_map(|(_, variable)| {
+            let slot = variable.binding?;
+            let kind = match variable.space {
+                naga::AddressSpace::Uniform => BindingKind::Uniform,
+                naga::AddressSpace::Storage { access }
+                    if access.contains(naga::StorageAccess::STORE) =>
+                {
+                    BindingKind::StorageReadWrite
+                }
+                _ => BindingKind::StorageRead,
+            };
+            Some(Binding {
+                name: variable.name.clone()?,
+                group: slot.group,
+                binding: slot.binding,
+                kind,
+            })
+        })
+        .collect();
+    bindings.sort_by_key(|binding| (binding.group, binding.binding));
+    let overrides = module
+        .overrides
+        .iter()
+        .filter_map(|(_, constant)| constant.name.clone())
+        .collect();
+    Ok(Reflection {
+        bindings,
+        workgroup_size: module.entry_points[index].workgroup_size,
+        overrides,
+    })
+}

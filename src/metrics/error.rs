@@ -1,0 +1,306 @@
+//! Errors of linear radiance over a set of pixels, and the peak signal-to-noise ratio of display values.
+//!
+//! Relative squared error is (c - r)² / (r² + eps²), eps = 1% of the mean of the whole reference, so that regions share one scale. A
+//! reference that was itself estimated adds its own variance; where its standard error is known, `*_corrected` subtracts it.
+
+use serde::Serialize;
+
+/// The share of pixels, those with the largest error, that the trimmed relative error leaves out: 0.1%, the fireflies.
+const TRIMMED_SHARE: f64 = 0.001;
+/// The side, in pixels, of the blocks of [`block_stats`].
+const BLOCK_SIDE: usize = 8;
+
+/// Two pictures of the same size in linear RGB, row by row, and how sure the reference is.
+#[derive(Clone, Copy, Debug)]
+pub struct ImagePair<'a> {
+    /// Pixels across.
+    pub width: usize,
+    /// The picture that is judged.
+    pub candidate: &'a [[f32; 3]],
+    /// What it should be.
+    pub reference: &'a [[f32; 3]],
+    /// The standard error of each channel of the reference.
+    pub reference_standard_error: Option<&'a [[f32; 3]]>,
+}
+
+/// Channel values that no picture should hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Faults {
+    /// Values that are not a number.
+    pub nan: usize,
+    /// Values that are infinite, of either sign.
+    pub infinite: usize,
+    /// Values below zero.
+    pub negative: usize,
+}
+
+impl Faults {
+    /// Counts them.
+    pub fn count(rgb: &[[f32; 3]]) -> Self {
+        let values = rgb.as_flattened();
+        let count = |fault: fn(&f32) -> bool| values.iter().filter(|x| fault(x)).count();
+        Self {
+            nan: count(|x| x.is_nan()),
+            infinite: count(|x| x.is_infinite()),
+            negative: count(|x| *x < 0.0),
+        }
+    }
+}
+
+/// Errors over a set of pixels; every mean is over pixels and channels. Units follow the pictures' (W/(m² sr) and its square).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ErrorStats {
+    /// Pixels (or blocks) judged.
+    pub pixels: usize,
+    /// Bias: sum of the picture over sum of the reference, for R, G and B; 1 is unbiased, `None` where the reference sums to zero.
+    pub mean_ratio: [Option<f64>; 3],
+    /// Mean squared error.
+    pub mse: f64,
+    /// Mean squared error less the reference's own variance.
+    pub mse_corrected: Option<f64>,
+    /// Relative mean squared error.
+    pub relmse: f64,
+    /// Relative mean squared error less what the reference's own variance contributes.
+    pub relmse_corrected: Option<f64>,
+    /// Relative mean squared error without the worst 0.1% of pixels.
+    pub relmse_trimmed: f64,
+    /// Median of the absolute relative error |c - r| / sqrt(r² + eps²).
+    pub relative_error_p50: f64,
+    /// Its 95th percentile.
+    pub relative_error_p95: f64,
+}
+
+impl ErrorStats {
+    /// The errors over the given pixels, or `None` if there are none. `epsilon` is in units of the pictures and above zero.
+    pub fn of(pair: ImagePair, pixels: &[usize], epsilon: f64) -> Option<Self> {
+        if pixels.is_empty() {
+            return None;
+        }
+        let mut sums = Sums::default();
+        let mut relative_errors = Vec::with_capacity(3 * pixels.len());
+        let mut relative_squares = Vec::with_capacity(pixels.len());
+        for &pixel in pixels {
+            let mut relative_square = 0.0;
+            for channel in 0..3 {
+                let candidate = f64::from(pair.candidate[pixel][channel]);
+                let reference = f64::from(pair.reference[pixel][channel]);
+                let square = (candidate - reference).powi(2);
+                let scale = reference * reference + epsilon * epsilon;
+                sums.candidate[channel] += candidate;
+                sums.reference[channel] += reference;
+                sums.square += square;
+                relative_square += square / scale;
+                relative_errors.push((square / scale).sqrt());
+                if let Some(standard_error) = pair.reference_standard_error {
+                    let variance = f64::from(standard_error[pixel][channel]).powi(2);
+                    sums.variance += variance;
+                    sums.relative_variance += variance / scale;
+                }
+            }
+            relative_squares.push(relative_square / 3.0);
+        }
+        relative_errors.sort_unstable_by(f64::total_cmp);
+        relative_squares.sort_unstable_by(f64::total_cmp);
+        let kept = ((1.0 - TRIMMED_SHARE) * pixels.len() as f64).ceil() as usize;
+        let values = (3 * pixels.len()) as f64;
+        let (mse, relmse) = (sums.square / values, mean_of(&relative_squares));
+        let corrected = |error: f64, variance: f64| {
+            pair.reference_standard_error
+                .map(|_| error - variance / values)
+        };
+        Some(Self {
+            pixels: pixels.len(),
+            mean_ratio: std::array::from_fn(|channel| {
+                let (candidate, reference) = (sums.candidate[channel], sums.reference[channel]);
+                (reference > 0.0).then(|| candidate / reference)
+            }),
+            mse,
+            mse_corrected: corrected(mse, sums.variance),
+            relmse,
+            relmse_corrected: corrected(relmse, sums.relative_variance),
+            relmse_trimmed: mean_of(&relative_squares[..kept.max(1)]),
+            relative_error_p50: percentile(&relative_errors, 0.50),
+            relative_error_p95: percentile(&relative_errors, 0.95),
+        })
+    }
+}
+
+#[derive(Default)]
+struct Sums {
+    candidate: [f64; 3],
+    reference: [f64; 3],
+    square: f64,
+    variance: f64,
+    relative_variance: f64,
+}
+
+fn mean_of(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The value below which the share `q` of sorted, non-empty `values` lies, interpolated linearly between neighbours.
+pub fn percentile(values: &[f64], q: f64) -> f64 {
+    let at = q * (values.len() - 1) as f64;
+    let (below, above) = (values[at.floor() as usize], values[at.ceil() as usize]);
+    below + (above - below) * at.fract()
+}
+
+/// Mean over pixels and channels.
+pub fn mean(rgb: &[[f32; 3]], pixels: &[usize]) -> f64 {
+    let sum: f64 = pixels
+        .iter()
+        .flat_map(|&pixel| rgb[pixel])
+        .map(f64::from)
+        .sum();
+    sum / (3 * pixels.len()) as f64
+}
+
+/// Errors of the means of 8x8 pixels. Pixels of the picture that are not finite are left out of both means, blocks that lose more than
+/// half of their pixels are left out, and so are the cut blocks at the right and the bottom. `None` if no block remains.
+pub fn block_stats(pair: ImagePair, epsilon: f64) -> Option<ErrorStats> {
+    let (columns, rows) = (
+        pair.width / BLOCK_SIDE,
+        pair.candidate.len() / pair.width / BLOCK_SIDE,
+    );
+    let mut candidate = Vec::with_capacity(columns * rows);
+    let mut reference = Vec::with_capacity(columns * rows);
+    for block in 0..columns * rows {
+        let corner = block / columns * BLOCK_SIDE * pair.width + block % columns * BLOCK_SIDE;
+        let pixels: Vec<usize> = (0..BLOCK_SIDE * BLOCK_SIDE)
+            .map(|i| corner + i / BLOCK_SIDE * pair.width + i % BLOCK_SIDE)
+            .filter(|&pixel| pair.candidate[pixel].iter().all(|x| x.is_finite()))
+            .collect();
+        if 2 * pixels.len() >= BLOCK_SIDE * BLOCK_SIDE {
+            candidate.push(mean_rgb(pair.candidate, &pixels));
+            reference.push(mean_rgb(pair.reference, &pixels));
+        }
+    }
+    let blocks = ImagePair {
+        width: columns,
+        candidate: &candidate,
+        reference: &reference,
+        reference_standard_error: None,
+    };
+    ErrorStats::of(blocks, &Vec::from_iter(0..candidate.len()), epsilon)
+}
+
+fn mean_rgb(rgb: &[[f32; 3]], pixels: &[usize]) -> [f32; 3] {
+    std::array::from_fn(|channel| {
+        let sum: f64 = pixels
+            .iter()
+            .map(|&pixel| f64::from(rgb[pixel][channel]))
+            .sum();
+        (sum / pixels.len() as f64) as f32
+    })
+}
+
+/// Peak signal-to-noise ratio in dB of two pictures whose full scale is 1, over the given pixels; `None` if there are none or the
+/// pictures are equal there (the ratio is infinite).
+pub fn psnr_db(candidate: &[[f32; 3]], reference: &[[f32; 3]], pixels: &[usize]) -> Option<f64> {
+    let square = |&pixel: &usize| -> f64 {
+        (0..3)
+            .map(|channel| f64::from(candidate[pixel][channel] - reference[pixel][channel]).powi(2))
+            .sum()
+    };
+    let sum: f64 = pixels.iter().map(square).sum();
+    (sum > 0.0).then(|| -10.0 * (sum / (3 * pixels.len()) as f64).log10())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stats(candidate: &[[f32; 3]], reference: &[[f32; 3]], epsilon: f64) -> ErrorStats {
+        let pair = ImagePair {
+            width: candidate.len(),
+            candidate,
+            reference,
+            reference_standard_error: None,
+        };
+        ErrorStats::of(pair, &Vec::from_iter(0..candidate.len()), epsilon).unwrap()
+    }
+
+    #[test]
+    fn squared_errors_and_ratios_match_the_closed_form() {
+        // One channel off by 0.5 at r = 1, one by 1 at r = 0, the third right: squares 0.25, 1, 0.
+        let result = stats(&[[1.5, 1.0, 2.0]], &[[1.0, 0.0, 2.0]], 0.1);
+        assert!((result.mse - 1.25 / 3.0).abs() < 1e-12);
+        let relmse = (0.25 / 1.01 + 1.0 / 0.01) / 3.0;
+        assert!((result.relmse - relmse).abs() < 1e-9);
+        assert_eq!(result.mean_ratio, [Some(1.5), None, Some(1.0)]);
+        assert!((result.relative_error_p50 - (0.25_f64 / 1.01).sqrt()).abs() < 1e-9);
+        assert_eq!(result.relmse_corrected, None);
+    }
+
+    #[test]
+    fn a_percentile_lies_between_its_neighbours() {
+        assert_eq!(percentile(&[0.0, 1.0, 2.0, 3.0, 4.0], 0.5), 2.0);
+        assert!((percentile(&[0.0, 10.0], 0.95) - 9.5).abs() < 1e-12);
+        assert_eq!(percentile(&[7.0], 0.95), 7.0);
+    }
+
+    #[test]
+    fn trimming_forgives_a_firefly_and_nothing_else() {
+        let reference = vec![[1.0; 3]; 2000];
+        let mut candidate = vec![[1.1; 3]; 2000];
+        let calm = stats(&candidate, &reference, 0.01);
+        assert!((calm.relmse_trimmed - calm.relmse).abs() < 1e-12);
+        candidate[5] = [1000.0; 3];
+        let lit = stats(&candidate, &reference, 0.01);
+        assert!(lit.relmse > 400.0);
+        assert!((lit.relmse_trimmed - calm.relmse_trimmed).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_reference_noise_is_taken_off_exactly() {
+        // The candidate is right; the reference errs by its standard error everywhere, so nothing remains.
+        let (truth, standard_error) = (vec![[2.0; 3]; 4], vec![[0.5; 3]; 4]);
+        let reference = [[2.5; 3], [2.5; 3], [1.5; 3], [1.5; 3]];
+        let pair = ImagePair {
+            width: 2,
+            candidate: &truth,
+            reference: &reference,
+            reference_standard_error: Some(&standard_error),
+        };
+        let result = ErrorStats::of(pair, &[0, 1, 2, 3], 0.02).unwrap();
+        assert!(result.mse_corrected.unwrap().abs() < 1e-12);
+        assert!(result.relmse_corrected.unwrap().abs() < 1e-12);
+        assert!(result.relmse > 0.03);
+    }
+
+    #[test]
+    fn blocks_average_noise_away_but_not_bias() {
+        let reference = vec![[1.0; 3]; 256];
+        let checkered = |bias: f32| -> Vec<[f32; 3]> {
+            let noise = |i: usize| {
+                if (i + i / 16).is_multiple_of(2) {
+                    0.5
+                } else {
+                    -0.5
+                }
+            };
+            (0..256).map(|i| [1.0 + bias + noise(i); 3]).collect()
+        };
+        let blocks = |candidate: &[[f32; 3]]| {
+            let pair = ImagePair {
+                width: 16,
+                candidate,
+                reference: &reference,
+                reference_standard_error: None,
+            };
+            block_stats(pair, 0.01).unwrap()
+        };
+        let noisy = blocks(&checkered(0.0));
+        assert_eq!(noisy.pixels, 4);
+        assert!(noisy.mse < 1e-12);
+        assert!((blocks(&checkered(0.25)).mse - 0.0625).abs() < 1e-6);
+    }
+
+    #[test]
+    fn psnr_of_a_tenth_of_full_scale_is_twenty_decibels() {
+        let (candidate, reference) = ([[0.6; 3]; 4], [[0.5; 3]; 4]);
+        let psnr = psnr_db(&candidate, &reference, &[0, 1, 2, 3]).unwrap();
+        assert!((psnr - 20.0).abs() < 1e-4, "{psnr}");
+        assert_eq!(psnr_db(&reference, &reference, &[0, 1, 2, 3]), None);
+    }
+}

@@ -1,0 +1,412 @@
+//! Every knob of macula, once: key, unit, range, default, source.
+//!
+//! A parameter file (TOML) and `--set key=value` name the same keys; a key that nobody reads is an error. The hash of all values goes
+//! into every output, so that a picture can be traced to what made it.
+
+use std::fmt;
+
+use sha2::{Digest, Sha256};
+
+/// What is wrong with a parameter that a person gave.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ParamError {
+    /// No knob has this key.
+    #[error("there is no parameter `{key}`{}; `macula help params` lists them", hint(.nearest))]
+    UnknownKey {
+        /// The key given.
+        key: String,
+        /// The most similar key, if one is similar.
+        nearest: Option<&'static str>,
+    },
+    /// The value is no number of the right kind.
+    #[error("parameter `{key}` takes {expected}, not `{value}`")]
+    NotReadable {
+        /// The key.
+        key: &'static str,
+        /// The value given.
+        value: String,
+        /// What it takes.
+        expected: &'static str,
+    },
+    /// The value is outside its range.
+    #[error("parameter `{key}` is {value}, but must lie in {range}")]
+    OutOfRange {
+        /// The key.
+        key: &'static str,
+        /// The value given.
+        value: String,
+        /// The range.
+        range: String,
+    },
+    /// `--set` was given something else than key=value.
+    #[error("`{0}` is not of the form key=value")]
+    NotAnAssignment(String),
+    /// The parameter file is not TOML.
+    #[error("the parameter file is not valid TOML: {0}")]
+    NotToml(String),
+    /// Two parameters contradict each other.
+    #[error("parameter `{key}` is {value}: {rule}")]
+    Contradiction {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: String,
+        /// The rule that it breaks.
+        rule: &'static str,
+    },
+}
+
+fn hint(nearest: &Option<&'static str>) -> String {
+    nearest
+        .map(|key| format!(" (did you mean `{key}`?)"))
+        .unwrap_or_default()
+}
+
+/// What a person reads about one knob.
+#[derive(Clone, Debug)]
+pub struct Knob {
+    /// `room.name`.
+    pub key: &'static str,
+    /// Unit, or what is counted.
+    pub unit: &'static str,
+    /// Smallest and largest value.
+    pub range: String,
+    /// Value when nobody sets it.
+    pub default: String,
+    /// What it does.
+    pub doc: &'static str,
+    /// Where its default comes from.
+    pub source: &'static str,
+}
+
+/// A type that a knob can have.
+trait Value: Copy + PartialOrd + fmt::Display + std::str::FromStr {
+    const EXPECTED: &'static str;
+    fn is_usable(self) -> bool {
+        true
+    }
+}
+impl Value for u32 {
+    const EXPECTED: &'static str = "a whole number";
+}
+impl Value for f32 {
+    const EXPECTED: &'static str = "a number";
+    fn is_usable(self) -> bool {
+        self.is_finite()
+    }
+}
+
+fn parse<T: Value>(key: &'static str, text: &str, min: T, max: T) -> Result<T, ParamError> {
+    let value: T = text
+        .trim()
+        .replace('_', "")
+        .parse()
+        .map_err(|_| ParamError::NotReadable {
+            key,
+            value: text.into(),
+            expected: T::EXPECTED,
+        })?;
+    if !value.is_usable() || value < min || value > max {
+        return Err(ParamError::OutOfRange {
+            key,
+            value: text.into(),
+            range: format!("{min}..{max}"),
+        });
+    }
+    Ok(value)
+}
+
+macro_rules! knobs {
+    ($($(#[doc = $room_doc:literal])* $room:ident: $Room:ident {
+        $($(#[doc = $doc:literal])+ $name:ident: $ty:ty = $default:expr, $min:expr, $max:expr, $unit:literal, $source:literal;)+
+    })+) => {
+        $(
+            $(#[doc = $room_doc])*
+            #[derive(Clone, Debug, PartialEq)]
+            pub struct $Room {
+                $($(#[doc = $doc])+ #[doc = concat!("\n\nUnit: ", $unit, ".")] pub $name: $ty,)+
+            }
+            impl Default for $Room {
+                fn default() -> Self {
+                    Self { $($name: $default,)+ }
+                }
+            }
+        )+
+
+        /// All parameters, by room.
+        #[derive(Clone, Debug, Default, PartialEq)]
+        pub struct Params {
+            $($(#[doc = $room_doc])* pub $room: $Room,)+
+        }
+
+        impl Params {
+            /// Every knob, in the order of the rooms.
+            pub fn knobs() -> Vec<Knob> {
+                let defaults = Self::default();
+                vec![$($(Knob {
+                    key: concat!(stringify!($room), ".", stringify!($name)),
+                    unit: $unit,
+                    range: format!("{}..{}", $min as $ty, $max as $ty),
+                    default: defaults.$room.$name.to_string(),
+                    doc: concat!($($doc,)+).trim(),
+                    source: $source,
+                },)+)+]
+            }
+
+            /// Sets one parameter from text.
+            ///
+            /// # Errors
+            /// [`ParamError`] for an unknown key, an unreadable value or one out of range.
+            pub fn set(&mut self, key: &str, value: &str) -> Result<(), ParamError> {
+                match key {
+                    $($(concat!(stringify!($room), ".", stringify!($name)) => {
+                        let key = concat!(stringify!($room), ".", stringify!($name));
+                        self.$room.$name = parse::<$ty>(key, value, $min, $max)?;
+                    })+)+
+                    _ => return Err(ParamError::UnknownKey { key: key.into(), nearest: nearest_key(key) }),
+                }
+                Ok(())
+            }
+
+            /// Every key with its value as text, in the order of [`Params::knobs`].
+            pub fn values(&self) -> Vec<(&'static str, String)> {
+                vec![$($((concat!(stringify!($room), ".", stringify!($name)), self.$room.$name.to_string()),)+)+]
+            }
+        }
+    };
+}
+
+knobs! {
+    /// Photons: how many start and how far they go.
+    photon: Photon {
+        /// Paths emitted a pass of `render`, or a frame of a session.
+        count: u32 = 200_000, 0, 64_000_000, "paths", "what two CPU cores trace in about half a second; FPM's tables use 2 to 4 million on a GPU";
+        /// Most surfaces that a path meets, the first included.
+        depth_max: u32 = 32, 1, 128, "surfaces", "at an albedo of 0.8 all but 0.1 % of the light; FPM section 5 stops at 8";
+        /// Paths traced at once; a map that fills up drops whole batches, so a smaller batch drops less.
+        batch: u32 = 65_536, 64, 1_048_576, "paths", "large enough to fill a GPU, small beside a map";
+        /// Room in the map, in photons for each emitted path. A full map stops the emission; the rest is counted as dropped.
+        stored_per_path: f32 = 4.0, 0.01, 128.0, "photons/path", "twice what closed rooms of albedo 0.7 store";
+    }
+    /// Gathering photons at visible points.
+    gather: Gather {
+        /// Radius of the global map; 0: from the scene's area and the photon count, so that `photons_per_estimate` fall into it.
+        radius_m: f32 = 0.0, 0.0, 1e6, "m", "see photons_per_estimate";
+        /// Photons that an estimate from the global map holds on average, if spread evenly over the scene's surfaces.
+        photons_per_estimate: f32 = 60.0, 1.0, 100_000.0, "photons", "50 to 100 in Jensen 1996";
+        /// Radius of the caustic map, as a share of the global one.
+        caustic_radius_scale: f32 = 0.4, 0.01, 1.0, "1", "caustics are sharper; Jensen 1996 section 2";
+        /// Smallest cosine between a photon's surface and the gathering one.
+        normal_cos_min: f32 = 0.9, -1.0, 1.0, "cosine", "keeps corners apart, lets curved surfaces through";
+        /// Farthest that a photon may lie from the tangent plane, in radii.
+        flatness: f32 = 0.3, 0.01, 1.0, "radii", "keeps steps and thin sheets apart";
+        /// GGX alpha (roughness²) from which a reflection is gathered from photons; below, rays follow it.
+        glossy_alpha_min: f32 = 0.2, 0.001, 2.0, "1", "a lobe much narrower than the hemisphere meets too few photons";
+        /// How fast the radius shrinks over the passes of `render`: r²(i+1) = r²(i) (i + alpha)/(i + 1).
+        radius_alpha: f32 = 0.6666667, 0.01, 1.0, "1", "Knaus and Zwicker 2011, equation 15";
+    }
+    /// Light straight from the lights.
+    direct: Direct {
+        /// Shadow rays a visible point.
+        shadow_rays: u32 = 2, 1, 256, "rays", "with 4 samples a pixel in the fovea: 8 rays a pixel";
+        /// Candidates of which each shadow ray keeps one.
+        candidates: u32 = 4, 1, 64, "candidates", "Talbot et al. 2005";
+    }
+    /// The eye's paths.
+    eye: Eye {
+        /// Most mirrors and glass faces that an eye path passes.
+        chain_max: u32 = 16, 1, 64, "surfaces", "two glass objects in a row and a mirror";
+    }
+    /// The regions around the gaze, and what each gets.
+    fovea: Fovea {
+        /// Half-angle of the fovea.
+        radius_deg: f32 = 9.78, 0.0, 180.0, "degrees", "FPM section 5";
+        /// Half-angle at which the transition ends and the periphery begins.
+        transition_deg: f32 = 14.78, 0.0, 180.0, "degrees", "the fovea's radius and 5 degrees; FPM leaves it open";
+        /// Samples a pixel in the fovea.
+        samples: u32 = 4, 1, 64, "samples", "smooth edges where the eye can see them";
+        /// Samples a pixel in the transition.
+        transition_samples: u32 = 2, 1, 64, "samples", "between the two";
+        /// Samples a pixel in the periphery.
+        periphery_samples: u32 = 1, 1, 64, "samples", "the eye resolves a tenth of the fovea's detail there";
+        /// Gather radius in the middle of the transition, in foveal radii.
+        transition_radius_scale: f32 = 1.0, 1.0, 8.0, "1", "plain photon mapping gathers alike everywhere; more costs time, as cells grow with it";
+        /// Gather radius in the periphery, in foveal radii.
+        periphery_radius_scale: f32 = 1.0, 1.0, 8.0, "1", "as in the transition";
+    }
+    /// What stands in for a gaze that is lost or meets nothing.
+    gaze: Gaze {
+        /// How long the last fixation is held once the eyes are lost.
+        hold_s: f32 = 0.5, 0.0, 60.0, "s", "longer than any blink";
+        /// How fast the regions widen after that.
+        widening_deg_s: f32 = 10.0, 0.0, 180.0, "degrees/s", "unsure, not gone";
+        /// How far they widen at most.
+        widening_max_deg: f32 = 20.0, 0.0, 60.0, "degrees", "covers most of what a head looks at";
+        /// Where the eyes aim when the gaze meets nothing.
+        default_distance_m: f32 = 2.0, 0.1, 1000.0, "m", "beyond it the eyes differ by less than 1.8 degrees";
+    }
+    /// Showing pictures.
+    display: Display {
+        /// Exposure of shown pictures; files of radiance are not touched.
+        exposure_ev: f32 = 0.0, -32.0, 32.0, "EV", "radiance 1 W/(m2 sr) is display white";
+    }
+    /// The sequence of random numbers.
+    random: RandomNumbers {
+        /// Another seed gives another, equally good picture.
+        seed: u32 = 1, 0, 4_294_967_295, "1", "any";
+    }
+}
+
+fn nearest_key(key: &str) -> Option<&'static str> {
+    let known = Params::default().values();
+    known
+        .iter()
+        .map(|(candidate, _)| (edit_distance(key, candidate), *candidate))
+        .min()
+        .filter(|(distance, candidate)| *distance <= 3 || candidate.ends_with(&format!(".{key}")))
+        .map(|(_, candidate)| candidate)
+}
+
+/// Levenshtein's distance; keys are short.
+fn edit_distance(a: &str, b: &str) -> usize {
+    // A key that a person typed may be a whole file pasted by mistake.
+    let a: Vec<char> = a.chars().take(64).collect();
+    let mut row: Vec<usize> = (0..=b.chars().count()).collect();
+    for (i, from) in a.iter().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.chars().enumerate() {
+            let substituted = diagonal + usize::from(*from != to);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[row.len() - 1]
+}
+
+impl Params {
+    /// Reads `key=value`, as given to `--set`.
+    ///
+    /// # Errors
+    /// [`ParamError`] as for [`Params::set`], or where there is no `=`.
+    pub fn set_assignment(&mut self, assignment: &str) -> Result<(), ParamError> {
+        let (key, value) = assignment
+            .split_once('=')
+            .ok_or_else(|| ParamError::NotAnAssignment(assignment.into()))?;
+        self.set(key.trim(), value)
+    }
+
+    /// Reads a parameter file: TOML with one table a room.
+    ///
+    /// # Errors
+    /// [`ParamError`] as for [`Params::set`], or where the text is not TOML.
+    pub fn set_toml(&mut self, text: &str) -> Result<(), ParamError> {
+        let table: toml::Table = text
+            .parse()
+            .map_err(|error: toml::de::Error| ParamError::NotToml(error.to_string()))?;
+        for (room, entries) in table {
+            let toml::Value::Table(entries) = entries else {
+                return Err(ParamError::UnknownKey {
+                    nearest: nearest_key(&room),
+                    key: room,
+                });
+            };
+            for (name, value) in entries {
+                let text = match value {
+                    toml::Value::String(text) => text,
+                    other => other.to_string(),
+                };
+                self.set(&format!("{room}.{name}"), &text)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks what one knob alone can't tell.
+    ///
+    /// # Errors
+    /// [`ParamError::Contradiction`].
+    pub fn checked(self) -> Result<Self, ParamError> {
+        if self.fovea.transition_deg < self.fovea.radius_deg {
+            return Err(ParamError::Contradiction {
+                key: "fovea.transition_deg",
+                value: self.fovea.transition_deg.to_string(),
+                rule: "it can't be smaller than fovea.radius_deg",
+            });
+        }
+        Ok(self)
+    }
+
+    /// SHA-256 over all keys and values, as lower-case hex.
+    pub fn sha256(&self) -> String {
+        let mut hasher = Sha256::new();
+        for (key, value) in self.values() {
+            hasher.update(format!("{key}={value}\n"));
+        }
+        hasher
+            .finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_knob_accepts_its_own_default_and_says_where_it_comes_from() {
+        let mut params = Params::default();
+        for knob in Params::knobs() {
+            assert_eq!(params.set(knob.key, &knob.default), Ok(()), "{}", knob.key);
+            assert!(
+                !knob.doc.is_empty() && !knob.unit.is_empty() && !knob.source.is_empty(),
+                "{}",
+                knob.key
+            );
+        }
+        assert_eq!(params, Params::default());
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_and_the_nearest_one_named() {
+        let error = Params::default().set("gather.radius", "1").unwrap_err();
+        assert!(error.to_string().contains("gather.radius_m"), "{error}");
+        let error = Params::default().set("shadow_rays", "1").unwrap_err();
+        assert!(error.to_string().contains("direct.shadow_rays"), "{error}");
+    }
+
+    #[test]
+    fn values_out_of_range_or_not_numbers_are_refused() {
+        let mut params = Params::default();
+        for (key, value) in [
+            ("gather.radius_m", "NaN"),
+            ("gather.radius_m", "inf"),
+            ("gather.radius_m", "-1"),
+            ("photon.count", "1.5"),
+        ] {
+            assert!(params.set(key, value).is_err(), "{key}={value}");
+        }
+        assert_eq!(params, Params::default());
+    }
+
+    #[test]
+    fn a_file_and_an_assignment_set_the_same_knob_and_change_the_hash() {
+        let (mut from_file, mut from_flag) = (Params::default(), Params::default());
+        from_file
+            .set_toml("[photon]\ncount = 1_000\n[gather]\nradius_m = 0.5\n")
+            .unwrap();
+        from_flag.set_assignment("photon.count=1000").unwrap();
+        assert_ne!(from_file.sha256(), from_flag.sha256());
+        from_flag.set_assignment("gather.radius_m = 0.5").unwrap();
+        assert_eq!(from_file.sha256(), from_flag.sha256());
+    }
+
+    #[test]
+    fn a_transition_inside_the_fovea_is_refused() {
+        let mut params = Params::default();
+        params.set("fovea.transition_deg", "5").unwrap();
+        assert!(params.checked().is_err());
+    }
+}

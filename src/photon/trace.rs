@@ -1,0 +1,198 @@
+//! Photon tracing: wavefronts of paths, batch by batch, into an unsorted store.
+
+use crate::gpu::layout::{Photon, PhotonCounters, PhotonPath, TraceUniform};
+use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, Resources, UniformSequence};
+use crate::gpu::resources::{self, SplitArray};
+use crate::gpu::shader::stages;
+use crate::gpu::{GpuDevice, GpuError};
+use crate::params::Params;
+use crate::scene::gpu_scene::GpuScene;
+
+/// Paths in a workgroup of photon_bounce and photon_append.
+const GROUP: u32 = 64;
+
+/// What one map's photons are traced with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TraceSettings {
+    /// Paths to emit.
+    pub path_count: u32,
+    /// Most surfaces that a path meets.
+    pub depth_max: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Number of the frame or pass: another one gives other photons.
+    pub frame: u32,
+}
+
+/// Traces photons and keeps them in the order of path and bounce.
+pub struct PhotonTracer {
+    uniforms: UniformSequence,
+    counters: wgpu::Buffer,
+    positions: SplitArray,
+    fluxes: SplitArray,
+    emit: BoundKernel,
+    /// Bounce and append, for even and odd bounces: living paths change sides.
+    bounce: [BoundKernel; 2],
+    append: [BoundKernel; 2],
+    offsets: BoundKernel,
+    commit: BoundKernel,
+    batch: u32,
+    path_count_max: u32,
+    depth_max: u32,
+    capacity: u32,
+}
+
+impl PhotonTracer {
+    /// Room and kernels for up to `params.photon.count` paths a map.
+    ///
+    /// # Errors
+    /// [`GpuError::BufferTooLarge`] when the map does not fit the device.
+    pub fn new(
+        gpu: &GpuDevice,
+        scene: &GpuScene,
+        params: &Params,
+        constants: &Constants,
+    ) -> Result<Self, GpuError> {
+        let photon = &params.photon;
+        let batch = photon.batch.min(photon.count.max(1));
+        let capacity_wanted = f64::from(photon.count) * f64::from(photon.stored_per_path);
+        // One batch always fits: a map that holds nothing would be no use.
+        let capacity = capacity_wanted
+            .max(f64::from(batch) * 2.0)
+            .min(f64::from(1u32 << 28)) as u32;
+        let chunks = SplitArray::chunk_count(u64::from(capacity));
+        let chunk_count = |array: &str| scene.chunk_count(array).unwrap_or(chunks);
+
+        let rounds = photon.count.div_ceil(batch).max(1);
+        let uniforms =
+            UniformSequence::new::<TraceUniform>(gpu, "tracing", rounds * photon.depth_max);
+        let counters = resources::storage::<PhotonCounters>(gpu, "counters", 1)?;
+        let positions = SplitArray::new::<[f32; 4]>(gpu, "photon_position", u64::from(capacity))?;
+        let fluxes = SplitArray::new::<[f32; 4]>(gpu, "photon_flux", u64::from(capacity))?;
+        let path_sides = [
+            resources::storage::<PhotonPath>(gpu, "paths (even)", u64::from(batch))?,
+            resources::storage::<PhotonPath>(gpu, "paths (odd)", u64::from(batch))?,
+        ];
+        let staged = resources::storage::<Photon>(gpu, "staged", u64::from(batch))?;
+        let staged_flags = resources::storage::<u32>(gpu, "staged_flags", u64::from(batch))?;
+        let group_counts =
+            resources::storage::<[u32; 2]>(gpu, "group_counts", u64::from(batch.div_ceil(GROUP)))?;
+        let wave = resources::storage::<[u32; 4]>(gpu, "wave", 1)?;
+
+        let shared = scene
+            .resources()
+            .with("tracing", uniforms.buffer())
+            .with("counters", &counters)
+            .with("staged", &staged)
+            .with("staged_flags", &staged_flags)
+            .with("group_counts", &group_counts)
+            .with("wave", &wave)
+            .with_all(positions.resources())
+            .with_all(fluxes.resources());
+        let on_side = |side: usize| {
+            shared
+                .clone()
+                .with("paths", &path_sides[side])
+                .with("next_paths", &path_sides[1 - side])
+        };
+        let kernel = |stage| Kernel::new(gpu, stage, constants, &chunk_count);
+        let both_sides = |kernel: &Kernel| -> Result<[BoundKernel; 2], GpuError> {
+            Ok([
+                kernel.bind(gpu, &on_side(0))?,
+                kernel.bind(gpu, &on_side(1))?,
+            ])
+        };
+        Ok(Self {
+            emit: kernel(stages::photon_emit)?.bind(gpu, &on_side(0))?,
+            bounce: both_sides(&kernel(stages::photon_bounce)?)?,
+            append: both_sides(&kernel(stages::photon_append)?)?,
+            offsets: kernel(stages::photon_offsets)?.bind(gpu, &shared)?,
+            commit: kernel(stages::photon_commit)?.bind(gpu, &shared)?,
+            uniforms,
+            counters,
+            positions,
+            fluxes,
+            batch,
+            path_count_max: photon.count,
+            depth_max: photon.depth_max,
+            capacity,
+        })
+    }
+
+    /// Photons that the store holds at most.
+    pub fn capacity(&self) -> u32 {
+        self.capacity
+    }
+
+    /// The counters and the unsorted photons by their WGSL names.
+    pub fn resources(&self) -> Resources<'_> {
+        Resources::default()
+            .with("counters", &self.counters)
+            .with_all(self.positions.resources())
+            .with_all(self.fluxes.resources())
+    }
+
+    /// Into how many chunks the photon arrays are cut.
+    pub fn chunks(&self) -> u32 {
+        self.positions.chunks()
+    }
+
+    /// Records the tracing of one map. A count of zero gives an empty map.
+    pub fn record(&self, recorder: &mut Recorder<'_>, settings: &TraceSettings) {
+        recorder.encoder().clear_buffer(&self.counters, 0, None);
+        let path_count = settings.path_count.min(self.path_count_max);
+        let depth_max = settings.depth_max.min(self.depth_max);
+        let values: Vec<TraceUniform> = (0..path_count.div_ceil(self.batch))
+            .flat_map(|round| {
+                let first_path = round * self.batch;
+                (0..depth_max).map(move |bounce| TraceUniform {
+                    seed: settings.seed,
+                    frame: settings.frame,
+                    first_path,
+                    path_count: (path_count - first_path).min(self.batch),
+                    bounce,
+                    depth_max,
+                    capacity: self.capacity,
+                    padding: 0,
+                })
+            })
+            .collect();
+        if values.is_empty() {
+            return;
+        }
+        // The values are read by copies of this and later submissions: finish with the old ones first.
+        recorder.submit();
+        self.uniforms.write(recorder.gpu(), &values);
+        for (index, value) in values.iter().enumerate() {
+            self.uniforms.select(recorder, index as u32);
+            let side = (value.bounce % 2) as usize;
+            let threads = value.path_count;
+            if value.bounce == 0 {
+                recorder.pass("photon emission", &[(&self.emit, threads)]);
+            }
+            recorder.pass("photon bounces", &[(&self.bounce[side], threads)]);
+            recorder.pass(
+                "photon storing",
+                &[(&self.offsets, 1), (&self.append[side], threads)],
+            );
+            if value.bounce + 1 == depth_max {
+                recorder.pass("photon storing", &[(&self.commit, 1)]);
+                recorder.submit();
+            }
+        }
+    }
+
+    /// Reads what became of the photons of the last map.
+    ///
+    /// # Errors
+    /// [`GpuError::Failed`] when the device is lost.
+    pub fn counters(&self, gpu: &GpuDevice) -> Result<PhotonCounters, GpuError> {
+        resources::read_back::<PhotonCounters>(gpu, &self.counters, 1)?
+            .first()
+            .copied()
+            .ok_or_else(|| GpuError::Failed {
+                during: "reading the photon counters".into(),
+                reason: "no data".into(),
+            })
+    }
+}

@@ -1,0 +1,99 @@
+//! A still picture from a fixed camera: passes of one technique, each with photons of its own, averaged.
+//!
+//! Every pass is a picture of its own radius, so stopping after any of them leaves a whole picture.
+
+use glam::Vec3;
+
+use crate::gather::{EyeImage, EyeSettings};
+use crate::gpu::pass::Recorder;
+use crate::gpu::timing::{PassTime, Timestamps};
+use crate::gpu::{GpuDevice, GpuError};
+use crate::image::LinearImage;
+use crate::params::Params;
+use crate::scene::gpu_scene::GpuScene;
+use crate::technique::{FrameSettings, Statistics, Technique, TechniqueEntry};
+use crate::view::View;
+
+/// A picture in the making.
+pub struct Still<'a> {
+    gpu: &'a GpuDevice,
+    params: Params,
+    technique: Box<dyn Technique>,
+    eye: EyeSettings,
+    image: EyeImage,
+    timestamps: Timestamps,
+    passes: u32,
+}
+
+impl<'a> Still<'a> {
+    /// Prepares a picture of `size` from `view` (scene space); with a gaze, its regions get what the parameters give them, without
+    /// one the whole picture is fovea.
+    ///
+    /// # Errors
+    /// [`GpuError`] when a buffer can't be made.
+    pub fn start(
+        gpu: &'a GpuDevice,
+        scene: &GpuScene,
+        params: &Params,
+        technique: &TechniqueEntry,
+        view: View,
+        size: (u32, u32),
+        gaze_dir_in_view: Option<Vec3>,
+    ) -> Result<Self, GpuError> {
+        let eye = EyeSettings::new(params, view, gaze_dir_in_view);
+        Ok(Self {
+            gpu,
+            params: params.clone(),
+            technique: (technique.start)(gpu, scene, params, size)?,
+            eye,
+            image: EyeImage::new(gpu, size.0, size.1)?,
+            timestamps: Timestamps::new(gpu),
+            passes: 0,
+        })
+    }
+
+    /// Adds one pass; returns the time of its stages.
+    ///
+    /// # Errors
+    /// [`GpuError`] when the device fails.
+    pub fn add_pass(&mut self) -> Result<Vec<PassTime>, GpuError> {
+        let mut recorder = Recorder::new(self.gpu, &mut self.timestamps);
+        if self.passes == 0 {
+            self.image.clear(recorder.encoder());
+        }
+        let frame = FrameSettings {
+            frame: self.passes,
+            pass: self.passes,
+        };
+        self.technique.prepare(&mut recorder, &frame)?;
+        let eye = EyeSettings {
+            frame: self.passes,
+            ..self.eye
+        };
+        self.technique.shade(&mut recorder, &eye, &self.image)?;
+        let times = recorder.finish()?;
+        self.passes += 1;
+        Ok(times)
+    }
+
+    /// The mean over the passes so far.
+    ///
+    /// # Errors
+    /// [`GpuError`] when the device fails.
+    pub fn read(&self) -> Result<LinearImage, GpuError> {
+        self.image.read(self.gpu)
+    }
+
+    /// What happened in the last pass.
+    ///
+    /// # Errors
+    /// [`GpuError`] when the device fails.
+    pub fn statistics(&self) -> Result<Statistics, GpuError> {
+        self.technique.statistics(self.gpu)
+    }
+
+    /// The parameters that the picture is made with.
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+}

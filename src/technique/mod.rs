@@ -1,0 +1,94 @@
+//! Light transport methods, one file each, behind one small trait. A technique composes photon/, gather/ and image/; they know none.
+
+pub mod pm;
+
+use crate::gather::{EyeImage, EyeSettings};
+use crate::gpu::pass::Recorder;
+use crate::gpu::{GpuDevice, GpuError};
+use crate::params::Params;
+use crate::scene::gpu_scene::GpuScene;
+
+/// A light transport method at work on one scene.
+pub trait Technique {
+    /// Prepares what all eyes of a frame share, photons above all. `pass` counts frames, or the passes of one picture.
+    ///
+    /// # Errors
+    /// [`GpuError`] when the device fails.
+    fn prepare(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        frame: &FrameSettings,
+    ) -> Result<(), GpuError>;
+
+    /// Adds one pass over an eye's image.
+    ///
+    /// # Errors
+    /// [`GpuError`] when the device fails.
+    fn shade(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        eye: &EyeSettings,
+        image: &EyeImage,
+    ) -> Result<(), GpuError>;
+
+    /// What happened in the last frame; waits for the device.
+    ///
+    /// # Errors
+    /// [`GpuError`] when the device fails.
+    fn statistics(&self, gpu: &GpuDevice) -> Result<Statistics, GpuError>;
+}
+
+/// What a technique is told about a frame, besides the eyes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameSettings {
+    /// Number of the frame in a session, or of the pass over one picture: another one gives other random numbers.
+    pub frame: u32,
+    /// Passes that the picture holds already: the gather radius shrinks with them. 0 in a session.
+    pub pass: u32,
+}
+
+/// Counts of one frame, by name, in a fixed order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Name and value: photons emitted, stored and dropped, radii, ...
+    pub counts: Vec<(&'static str, f64)>,
+    /// What a user should know: a full map, for one.
+    pub warnings: Vec<String>,
+}
+
+/// One line a technique: its name on the command line, what it is, and how it starts.
+pub struct TechniqueEntry {
+    /// Name, as `--technique` takes it.
+    pub name: &'static str,
+    /// One line for help and reports.
+    pub about: &'static str,
+    /// Prepares it for a scene and an image size.
+    pub start: StartTechnique,
+}
+
+/// Prepares a technique for a scene and images of the given size.
+pub type StartTechnique =
+    fn(&GpuDevice, &GpuScene, &Params, (u32, u32)) -> Result<Box<dyn Technique>, GpuError>;
+
+/// Every technique there is. A new one joins by its line.
+pub const REGISTRY: &[TechniqueEntry] = &[
+    TechniqueEntry {
+        name: "pm-direct",
+        about: "photon mapping, direct light by shadow rays",
+        start: |gpu, scene, params, size| {
+            pm::PhotonMapping::start(gpu, scene, params, size, pm::DirectLight::ShadowRays)
+        },
+    },
+    TechniqueEntry {
+        name: "pm",
+        about: "photon mapping, all light from photon density, as in the papers",
+        start: |gpu, scene, params, size| {
+            pm::PhotonMapping::start(gpu, scene, params, size, pm::DirectLight::Photons)
+        },
+    },
+];
+
+/// The technique of that name.
+pub fn find(name: &str) -> Option<&'static TechniqueEntry> {
+    REGISTRY.iter().find(|entry| entry.name == name)
+}

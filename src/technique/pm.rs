@@ -1,0 +1,178 @@
+//! Plain photon mapping: a fresh map each frame, gathered at visible points. The baseline of all that follows the eye.
+//!
+//! Source: Jensen, "Global Illumination using Photon Maps", 1996; over several passes, Knaus and Zwicker, "Progressive Photon
+//! Mapping: A Probabilistic Approach", 2011.
+
+use super::{FrameSettings, Statistics, Technique};
+use crate::gather::{EyeImage, EyePass, EyeSettings};
+use crate::gpu::pass::Recorder;
+use crate::gpu::{GpuDevice, GpuError};
+use crate::params::Params;
+use crate::photon::{MapSettings, PhotonMap, PhotonTracer, TraceSettings};
+use crate::scene::gpu_scene::GpuScene;
+
+/// Where light that comes straight from a lamp is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DirectLight {
+    /// Photons, like all other light.
+    Photons,
+    /// Shadow rays.
+    ShadowRays,
+}
+
+/// `pm` and `pm-direct`.
+pub struct PhotonMapping {
+    tracer: PhotonTracer,
+    map: PhotonMap,
+    eyes: EyePass,
+    params: Params,
+    first_radius_m: f32,
+    radius_m: f32,
+    has_lights: bool,
+}
+
+impl PhotonMapping {
+    /// Prepares the technique for a scene and images of `size`.
+    ///
+    /// # Errors
+    /// [`GpuError`] when a buffer can't be made.
+    pub fn start(
+        gpu: &GpuDevice,
+        scene: &GpuScene,
+        params: &Params,
+        size: (u32, u32),
+        direct: DirectLight,
+    ) -> Result<Box<dyn Technique>, GpuError> {
+        let by_photons = direct == DirectLight::Photons;
+        let mut constants = scene.constants();
+        constants.push((
+            "GATHERED_ALPHA_MIN",
+            f64::from(params.gather.glossy_alpha_min),
+        ));
+        constants.push(("STORE_DIRECT", f64::from(u8::from(by_photons))));
+        constants.push(("DIRECT_TO_GATHERED", f64::from(u8::from(!by_photons))));
+        let tracer = PhotonTracer::new(gpu, scene, params, &constants)?;
+        let map = PhotonMap::new(gpu, &tracer, scene.bounds())?;
+        let fovea = &params.fovea;
+        let samples_max = fovea
+            .samples
+            .max(fovea.transition_samples)
+            .max(fovea.periphery_samples);
+        let eyes = EyePass::new(gpu, scene, &tracer, &map, &constants, size, samples_max)?;
+        let first_radius_m = first_radius_m(params, scene);
+        Ok(Box::new(Self {
+            tracer,
+            map,
+            eyes,
+            params: params.clone(),
+            first_radius_m,
+            radius_m: first_radius_m,
+            has_lights: scene.has_lights(),
+        }))
+    }
+}
+
+/// The global radius before any pass, metres: as set, or such that the wanted photons fall into it when all are spread evenly.
+fn first_radius_m(params: &Params, scene: &GpuScene) -> f32 {
+    if params.gather.radius_m > 0.0 {
+        return params.gather.radius_m;
+    }
+    let per_estimate = f64::from(params.gather.photons_per_estimate);
+    let photons = f64::from(params.photon.count.max(1));
+    let radius_m = (per_estimate * scene.area_m2() / (std::f64::consts::PI * photons)).sqrt();
+    // Wider than a twentieth of the scene nothing but a blur is left.
+    let diagonal_m = f64::from(scene.bounds().diagonal_m());
+    radius_m
+        .min(0.05 * diagonal_m)
+        .max(1e-6 * diagonal_m)
+        .max(f64::from(f32::MIN_POSITIVE)) as f32
+}
+
+/// Factor on the first radius after `pass` passes: r²(i+1) = r²(i) (i + alpha)/(i + 1), i from 1 (Knaus and Zwicker, equation 15).
+fn radius_factor(pass: u32, alpha: f32) -> f32 {
+    let squared: f64 = (1..=pass)
+        .map(|i| (f64::from(i) + f64::from(alpha)) / (f64::from(i) + 1.0))
+        .product();
+    squared.sqrt() as f32
+}
+
+impl Technique for PhotonMapping {
+    fn prepare(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        frame: &FrameSettings,
+    ) -> Result<(), GpuError> {
+        let params = &self.params;
+        self.radius_m = self.first_radius_m * radius_factor(frame.pass, params.gather.radius_alpha);
+        let scale_max = params
+            .fovea
+            .transition_radius_scale
+            .max(params.fovea.periphery_radius_scale);
+        let settings = MapSettings {
+            global_radius_m: self.radius_m,
+            caustic_radius_m: self.radius_m * params.gather.caustic_radius_scale,
+            radius_scale_max: scale_max.max(1.0),
+            normal_cos_min: params.gather.normal_cos_min,
+            flatness: params.gather.flatness,
+        };
+        // What was recorded before still counts on the old radii.
+        recorder.submit();
+        self.map.configure(recorder.gpu(), &settings);
+        let tracing = TraceSettings {
+            path_count: if self.has_lights {
+                params.photon.count
+            } else {
+                0
+            },
+            depth_max: params.photon.depth_max,
+            seed: params.random.seed,
+            frame: frame.frame,
+        };
+        self.tracer.record(recorder, &tracing);
+        self.map.record(recorder);
+        Ok(())
+    }
+
+    fn shade(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        eye: &EyeSettings,
+        image: &EyeImage,
+    ) -> Result<(), GpuError> {
+        self.eyes.record(recorder, eye, image)
+    }
+
+    fn statistics(&self, gpu: &GpuDevice) -> Result<Statistics, GpuError> {
+        let counters = self.tracer.counters(gpu)?;
+        let mut warnings = Vec::new();
+        if counters.dropped_paths > 0 {
+            warnings.push(format!(
+                "the photon map was full: {} of {} paths were left out and the others weighted up; raise photon.stored_per_path",
+                counters.dropped_paths,
+                counters.emitted + counters.dropped_paths
+            ));
+        }
+        Ok(Statistics {
+            counts: vec![
+                ("photons_emitted", f64::from(counters.emitted)),
+                ("photons_stored", f64::from(counters.stored)),
+                ("photons_dropped", f64::from(counters.dropped_photons)),
+                ("gather_radius_m", f64::from(self.radius_m)),
+            ],
+            warnings,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_radius_shrinks_as_the_cube_root_of_the_passes_for_alpha_two_thirds() {
+        // r(i)/r(1) ~ i^((alpha - 1)/2) = i^(-1/6)
+        let ratio = f64::from(radius_factor(63_999, 2.0 / 3.0) / radius_factor(999, 2.0 / 3.0));
+        assert!((ratio - 64f64.powf(-1.0 / 6.0)).abs() < 1e-3, "{ratio}");
+        assert_eq!(radius_factor(0, 2.0 / 3.0), 1.0);
+    }
+}
