@@ -116,12 +116,11 @@ impl Material {
         self.metallic > 0.0
     }
 
-    /// Whether part of it reflects by a dielectric coat over diffuse light.
+    /// Whether part of it reflects by a dielectric coat over diffuse light: at grazing angles it does so whatever its ior.
     fn has_coat(&self) -> bool {
         (self.metallic < 1.0 || self.metallic_roughness_texture.is_some())
             && self.transmission < 1.0
             && self.specular_factor > 0.0
-            && self.ior > 1.0
     }
 
     /// Whether light passes into or through it.

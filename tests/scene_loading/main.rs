@@ -2,6 +2,7 @@
 
 #[path = "../common/glb.rs"]
 mod glb;
+mod inspection;
 mod materials;
 mod motion;
 #[path = "../common/shared.rs"]
