@@ -27,20 +27,20 @@ fn photon_append(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_
   var flags = 0u;
   if (index < wave[0]) {
     flags = staged_flags[index];
-    if ((flags & 1u) != 0u) { atomicOr(&alive_bits[local / 32u], 1u << (local % 32u)); }
-    if ((flags & 2u) != 0u) { atomicOr(&photon_bits[local / 32u], 1u << (local % 32u)); }
+    if ((flags & GOES_ON) != 0u) { atomicOr(&alive_bits[local / 32u], 1u << (local % 32u)); }
+    if ((flags & LEAVES_PHOTON) != 0u) { atomicOr(&photon_bits[local / 32u], 1u << (local % 32u)); }
   }
   workgroupBarrier();
   if (flags == 0u) { return; }
   let offset = group_counts[group_index];
-  if ((flags & 1u) != 0u) {
+  if ((flags & GOES_ON) != 0u) {
     next_paths[offset.x + rank_below(atomicLoad(&alive_bits[0]), atomicLoad(&alive_bits[1]), local)] = paths[index];
   }
-  if ((flags & 2u) != 0u && counters.batch_overflows == 0u) {
+  if ((flags & LEAVES_PHOTON) != 0u && counters.batch_overflows == 0u) {
     let photon = staged[index];
     let place = wave[1] + offset.y + rank_below(atomicLoad(&photon_bits[0]), atomicLoad(&photon_bits[1]), local);
     // A caustic photon carries its class in the sign bit of its flux' red channel: flux is never negative here.
-    let red = bitcast<f32>(bitcast<u32>(photon.flux_w.x) | select(0u, 0x80000000u, (flags & 4u) != 0u));
+    let red = bitcast<f32>(bitcast<u32>(photon.flux_w.x) | select(0u, 0x80000000u, (flags & IS_CAUSTIC) != 0u));
     store_photon_position(place, vec4f(photon.position, bitcast<f32>(photon.packed_incident)));
     store_photon_flux(place, vec4f(red, photon.flux_w.yz, bitcast<f32>(photon.packed_normal)));
   }

@@ -1,7 +1,7 @@
 //! use threads, random, bsdf, photon_paths
 // One bounce of every path of the wavefront: find the surface, leave a photon there, scatter.
 // Source: Jensen 1996; Russian roulette by the ratio of throughputs, so that photons keep about equal flux.
-// Limits: the paths' count falls from bounce to bounce; the arrays keep their order (photon_offsets, photon_append).
+// Limits: no barriers here: on software drivers they would turn every live value of the traversal into memory traffic.
 
 /// All light from photon density: photons straight from a light are stored too.
 override STORE_DIRECT: bool = false;
@@ -10,14 +10,6 @@ override STORE_DIRECT: bool = false;
 @group(1) @binding(2) var<storage, read_write> counters: PhotonCounters;
 @group(1) @binding(3) var<storage, read_write> staged: array<Photon>;
 @group(1) @binding(4) var<storage, read_write> staged_flags: array<u32>;
-@group(1) @binding(5) var<storage, read_write> group_counts: array<vec2u>;
-
-const GOES_ON: u32 = 1u;
-const LEAVES_PHOTON: u32 = 2u;
-const IS_CAUSTIC: u32 = 4u;
-
-var<workgroup> alive_count: atomic<u32>;
-var<workgroup> photon_count: atomic<u32>;
 
 fn bounce(index: u32) -> u32 {
   var path = paths[index];
@@ -92,16 +84,6 @@ fn bounce(index: u32) -> u32 {
 
 @compute @workgroup_size(64)
 fn photon_bounce(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-  let group_index = workgroup_number(group);
-  let index = group_index * 64u + local;
-  if (index < counters.alive) {
-    let flags = bounce(index);
-    staged_flags[index] = flags;
-    if ((flags & GOES_ON) != 0u) { atomicAdd(&alive_count, 1u); }
-    if ((flags & LEAVES_PHOTON) != 0u) { atomicAdd(&photon_count, 1u); }
-  }
-  workgroupBarrier();
-  if (local == 0u && group_index * 64u < tracing.path_count) {
-    group_counts[group_index] = vec2u(atomicLoad(&alive_count), atomicLoad(&photon_count));
-  }
+  let index = workgroup_number(group) * 64u + local;
+  if (index < counters.alive) { staged_flags[index] = bounce(index); }
 }

@@ -23,6 +23,11 @@ struct PhotonCounters {
   escaped: u32,          // paths that left the scene
 }
 
+// What a bounce did, in `staged_flags`.
+const GOES_ON: u32 = 1u;
+const LEAVES_PHOTON: u32 = 2u;
+const IS_CAUSTIC: u32 = 4u;
+
 // What a path remembers besides origin, direction and flux.
 const PATH_DIFFUSED: u32 = 0x80000000u;   // it has left a gathered lobe: no longer a caustic path
 const NO_MEDIUM: u32 = 0x7fffffffu;       // the other bits: the solid's material that the path is in

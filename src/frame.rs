@@ -9,7 +9,7 @@ use crate::gather::{EyeImage, EyeSettings};
 use crate::gaze::source::GazeParams;
 use crate::gaze::{GazeReading, GazeSample, GazeSource};
 use crate::gpu::pass::Recorder;
-use crate::gpu::timing::{PassTime, Timestamps};
+use crate::gpu::timing::{PassTime, PassTimer};
 use crate::gpu::{GpuDevice, GpuError};
 use crate::image::present::Presenter;
 use crate::params::Params;
@@ -67,7 +67,7 @@ pub struct FrameRenderer<'a> {
     technique: Box<dyn Technique>,
     images: [EyeImage; 2],
     presenter: Presenter,
-    timestamps: Timestamps,
+    timer: PassTimer,
 }
 
 impl<'a> FrameRenderer<'a> {
@@ -99,7 +99,7 @@ impl<'a> FrameRenderer<'a> {
             technique,
             images: [image()?, image()?],
             presenter: Presenter::new(gpu, format)?,
-            timestamps: Timestamps::new(gpu),
+            timer: PassTimer::new(gpu),
         })
     }
 
@@ -120,7 +120,7 @@ impl<'a> FrameRenderer<'a> {
         let regions = regions(&self.params).widened(gaze.widening_rad);
         let eyes = [0, 1].map(|eye| self.eye_settings(input, eye, &fixation, &regions));
 
-        let mut recorder = Recorder::new(self.gpu, &mut self.timestamps);
+        let mut recorder = Recorder::new(self.gpu, &mut self.timer);
         self.technique.prepare(
             &mut recorder,
             &FrameSettings {

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::gather::{EyeImage, EyeSettings};
 use crate::gpu::pass::Recorder;
-use crate::gpu::timing::{PassTime, Timestamps};
+use crate::gpu::timing::{PassTime, PassTimer};
 use crate::gpu::{GpuDevice, GpuError};
 use crate::image::LinearImage;
 use crate::params::Params;
@@ -21,7 +21,7 @@ pub struct Still<'a> {
     technique: Box<dyn Technique>,
     eye: EyeSettings,
     image: EyeImage,
-    timestamps: Timestamps,
+    timer: PassTimer,
     passes: u32,
 }
 
@@ -47,7 +47,7 @@ impl<'a> Still<'a> {
             technique: (technique.start)(gpu, scene, params, size)?,
             eye,
             image: EyeImage::new(gpu, size.0, size.1)?,
-            timestamps: Timestamps::new(gpu),
+            timer: PassTimer::new(gpu),
             passes: 0,
         })
     }
@@ -57,7 +57,7 @@ impl<'a> Still<'a> {
     /// # Errors
     /// [`GpuError`] when the device fails.
     pub fn add_pass(&mut self) -> Result<Vec<PassTime>, GpuError> {
-        let mut recorder = Recorder::new(self.gpu, &mut self.timestamps);
+        let mut recorder = Recorder::new(self.gpu, &mut self.timer);
         if self.passes == 0 {
             self.image.clear(recorder.encoder());
         }

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use std::time::Instant;
+
 use bytemuck::Pod;
 
 use super::device::{GpuDevice, GpuError};
 use super::shader::{self, BindingKind, Reflection, ShaderError, Stage};
-use super::timing::{PassTime, Timestamps};
+use super::timing::{PassTime, PassTimer};
 
 /// A compute pipeline with the names of what it binds.
 #[derive(Debug)]
@@ -204,17 +206,17 @@ pub const WORKGROUPS_PER_DIMENSION: u32 = 65_535;
 pub struct Recorder<'a> {
     gpu: &'a GpuDevice,
     encoder: wgpu::CommandEncoder,
-    timestamps: &'a mut Timestamps,
+    timer: &'a mut PassTimer,
 }
 
 impl<'a> Recorder<'a> {
-    /// Starts recording; passes are timed into `timestamps`.
-    pub fn new(gpu: &'a GpuDevice, timestamps: &'a mut Timestamps) -> Self {
+    /// Starts recording; passes are timed by `timer`.
+    pub fn new(gpu: &'a GpuDevice, timer: &'a mut PassTimer) -> Self {
         let encoder = gpu.device.create_command_encoder(&Default::default());
         Self {
             gpu,
             encoder,
-            timestamps,
+            timer,
         }
     }
 
@@ -230,7 +232,20 @@ impl<'a> Recorder<'a> {
 
     /// One timed pass of several dispatches, each with its count of threads. Dispatches see the writes of those before them.
     pub fn pass(&mut self, name: &'static str, dispatches: &[(&BoundKernel, u32)]) {
-        let timestamp_writes = self.timestamps.compute_writes(name);
+        if self.timer.waits() {
+            // What was recorded before is not this pass' time.
+            self.submit_and_wait();
+            let started = Instant::now();
+            self.record_pass(name, dispatches);
+            self.submit_and_wait();
+            self.timer.waited(name, started);
+        } else {
+            self.record_pass(name, dispatches);
+        }
+    }
+
+    fn record_pass(&mut self, name: &'static str, dispatches: &[(&BoundKernel, u32)]) {
+        let timestamp_writes = self.timer.compute_writes(name);
         let mut pass = self
             .encoder
             .begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -252,6 +267,12 @@ impl<'a> Recorder<'a> {
         }
     }
 
+    fn submit_and_wait(&mut self) {
+        self.submit();
+        // A lost device shows in `finish`, which waits too.
+        let _ = self.gpu.wait("rendering");
+    }
+
     /// Submits what was recorded so far and goes on.
     pub fn submit(&mut self) {
         let next = self.gpu.device.create_command_encoder(&Default::default());
@@ -265,10 +286,10 @@ impl<'a> Recorder<'a> {
     /// # Errors
     /// [`GpuError::Failed`] when the device is lost.
     pub fn finish(mut self) -> Result<Vec<PassTime>, GpuError> {
-        self.timestamps.resolve(&mut self.encoder);
+        self.timer.resolve(&mut self.encoder);
         self.gpu.queue.submit([self.encoder.finish()]);
         self.gpu.wait("rendering")?;
-        self.timestamps.read(self.gpu)
+        self.timer.read(self.gpu)
     }
 }
 

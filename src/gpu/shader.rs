@@ -2,7 +2,7 @@
 //!
 //! A shader file names the shared modules that it builds on in a first line `//! use a, b`. WGSL does not care about the order of
 //! declarations, so composing is concatenating each module once. An array that may outgrow the device's largest binding is declared
-//! by a line `//! split ..` (see [`split_declaration`]) and reached through the accessors which that line generates.
+//! by a line `//! split ..` (see `split_declaration`) and reached through the accessors which that line generates.
 
 use std::collections::BTreeSet;
 
@@ -39,7 +39,7 @@ macro_rules! shader_registry {
 
 shader_registry! {
     shared: threads, random, packing, scene, traversal, surface, bsdf, lights, eye, photon_paths, photon_map, scan, radix;
-    stages: photon_emit, photon_bounce, photon_offsets, photon_append, photon_commit,
+    stages: photon_emit, photon_bounce, photon_count, photon_offsets, photon_append, photon_commit,
         photon_keys, radix_count, radix_scatter, scan_blocks, scan_totals, scan_add,
         grid_count, photon_arrange,
         visible_points, direct_light, density_estimate, resolve;

@@ -1,22 +1,12 @@
-//! Time per pass from GPU timestamps.
+//! Time per pass: from GPU timestamps, or on a software device from the clock on the wall.
+//!
+//! Software drivers run a submission on the calling machine's own cores, so waiting after each pass costs nothing there, while their
+//! timestamps can't be trusted: Mesa 22.3 takes them when the next framebuffer is flushed.
+
+use std::time::Instant;
 
 use super::device::{GpuDevice, GpuError};
 use super::resources::read_back;
-
-/// Timestamps of the passes of one submission.
-pub struct Timestamps {
-    queries: Option<Queries>,
-    names: Vec<&'static str>,
-}
-
-struct Queries {
-    set: wgpu::QuerySet,
-    resolved: wgpu::Buffer,
-    period_ns: f32,
-}
-
-/// Passes that can be timed in one submission; more run untimed.
-const CAPACITY: u32 = 2048;
 
 /// Time that the passes of one name took in one submission, in frame order of their first run.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,83 +17,118 @@ pub struct PassTime {
     pub ms: f64,
 }
 
-fn query_set(gpu: &GpuDevice) -> wgpu::QuerySet {
-    gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-        label: Some("timestamps"),
-        ty: wgpu::QueryType::Timestamp,
-        count: CAPACITY * 2,
-    })
+/// Times of the passes of one frame.
+pub struct PassTimer {
+    source: Source,
+    /// Passes timed so far: with timestamps, in the order of the queries; by the wall clock, with their times.
+    names: Vec<&'static str>,
+    walls_ms: Vec<f64>,
 }
 
-impl Timestamps {
-    /// Room for timestamps; does nothing on a device that has none.
+enum Source {
+    Timestamps {
+        set: wgpu::QuerySet,
+        resolved: wgpu::Buffer,
+        period_ns: f32,
+    },
+    WallClock,
+    Nothing,
+}
+
+/// Passes that can be timed by timestamps in one frame; more run untimed.
+const CAPACITY: u32 = 2048;
+
+impl PassTimer {
+    /// Takes what the device has: nothing is timed on a GPU without timestamps.
     pub fn new(gpu: &GpuDevice) -> Self {
-        let queries = gpu.timestamp_period_ns.map(|period_ns| Queries {
-            set: query_set(gpu),
-            resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("timestamps"),
-                size: u64::from(CAPACITY) * 16,
-                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }),
-            period_ns,
-        });
+        let source = match gpu.timestamp_period_ns {
+            _ if gpu.info.device_type == wgpu::DeviceType::Cpu => Source::WallClock,
+            None => Source::Nothing,
+            Some(period_ns) => Source::Timestamps {
+                set: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                    label: Some("timestamps"),
+                    ty: wgpu::QueryType::Timestamp,
+                    count: CAPACITY * 2,
+                }),
+                resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("timestamps"),
+                    size: u64::from(CAPACITY) * 16,
+                    usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                    mapped_at_creation: false,
+                }),
+                period_ns,
+            },
+        };
         Self {
-            queries,
+            source,
             names: Vec::new(),
+            walls_ms: Vec::new(),
         }
     }
 
+    /// What a pass of that name writes its timestamps to.
     pub(super) fn compute_writes(
         &mut self,
         name: &'static str,
     ) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
-        let queries = self.queries.as_ref()?;
+        let Source::Timestamps { set, .. } = &self.source else {
+            return None;
+        };
         let index = self.names.len() as u32;
         if index >= CAPACITY {
             return None;
         }
         self.names.push(name);
         Some(wgpu::ComputePassTimestampWrites {
-            query_set: &queries.set,
+            query_set: set,
             beginning_of_pass_write_index: Some(index * 2),
             end_of_pass_write_index: Some(index * 2 + 1),
         })
     }
 
-    /// Records the copy that makes the timestamps readable; call it after the last pass of the submission.
-    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(queries) = &self.queries
+    /// Whether passes are timed by waiting for each.
+    pub(super) fn waits(&self) -> bool {
+        matches!(self.source, Source::WallClock)
+    }
+
+    /// Notes a pass that was submitted at `started` and waited for.
+    pub(super) fn waited(&mut self, name: &'static str, started: Instant) {
+        self.names.push(name);
+        self.walls_ms.push(started.elapsed().as_secs_f64() * 1e3);
+    }
+
+    /// Records the copy that makes the timestamps readable; call it after the last pass of the frame.
+    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        if let Source::Timestamps { set, resolved, .. } = &self.source
             && !self.names.is_empty()
         {
-            encoder.resolve_query_set(
-                &queries.set,
-                0..self.names.len() as u32 * 2,
-                &queries.resolved,
-                0,
-            );
+            encoder.resolve_query_set(set, 0..self.names.len() as u32 * 2, resolved, 0);
         }
     }
 
-    /// Reads the times of the finished submission and starts afresh. Empty where the device has no timestamps.
+    /// Reads the times of the finished frame and starts afresh. Empty where nothing can be timed.
     ///
     /// # Errors
     /// [`GpuError::Failed`] when the device is lost.
     pub fn read(&mut self, gpu: &GpuDevice) -> Result<Vec<PassTime>, GpuError> {
         let names = std::mem::take(&mut self.names);
-        let Some(queries) = &mut self.queries else {
-            return Ok(Vec::new());
+        let walls_ms = std::mem::take(&mut self.walls_ms);
+        let all_ms: Vec<f64> = match &self.source {
+            Source::Timestamps {
+                resolved,
+                period_ns,
+                ..
+            } if !names.is_empty() => {
+                let ticks: Vec<u64> = read_back(gpu, resolved, names.len() as u64 * 2)?;
+                let ms_of = |pair: &[u64]| {
+                    pair[1].saturating_sub(pair[0]) as f64 * f64::from(*period_ns) * 1e-6
+                };
+                ticks.chunks_exact(2).map(ms_of).collect()
+            }
+            _ => walls_ms,
         };
-        if names.is_empty() {
-            return Ok(Vec::new());
-        }
-        let ticks: Vec<u64> = read_back(gpu, &queries.resolved, names.len() as u64 * 2)?;
-        // Mesa 22.3's software driver keeps the old value of a query that is written again.
-        queries.set = query_set(gpu);
         let mut times: Vec<PassTime> = Vec::new();
-        for (index, name) in names.into_iter().enumerate() {
-            let elapsed = ticks[index * 2 + 1].saturating_sub(ticks[index * 2]);
-            let ms = elapsed as f64 * f64::from(queries.period_ns) * 1e-6;
+        for (name, ms) in names.into_iter().zip(all_ms) {
             match times.iter_mut().find(|time| time.name == name) {
                 Some(time) => time.ms += ms,
                 None => times.push(PassTime { name, ms }),

@@ -34,6 +34,7 @@ pub struct PhotonTracer {
     /// Bounce and append, for even and odd bounces: living paths change sides.
     bounce: [BoundKernel; 2],
     append: [BoundKernel; 2],
+    count: BoundKernel,
     offsets: BoundKernel,
     commit: BoundKernel,
     batch: u32,
@@ -106,6 +107,7 @@ impl PhotonTracer {
             emit: kernel(stages::photon_emit)?.bind(gpu, &on_side(0))?,
             bounce: both_sides(&kernel(stages::photon_bounce)?)?,
             append: both_sides(&kernel(stages::photon_append)?)?,
+            count: kernel(stages::photon_count)?.bind(gpu, &shared)?,
             offsets: kernel(stages::photon_offsets)?.bind(gpu, &shared)?,
             commit: kernel(stages::photon_commit)?.bind(gpu, &shared)?,
             uniforms,
@@ -173,7 +175,11 @@ impl PhotonTracer {
             recorder.pass("photon bounces", &[(&self.bounce[side], threads)]);
             recorder.pass(
                 "photon storing",
-                &[(&self.offsets, 1), (&self.append[side], threads)],
+                &[
+                    (&self.count, threads),
+                    (&self.offsets, 1),
+                    (&self.append[side], threads),
+                ],
             );
             if value.bounce + 1 == depth_max {
                 recorder.pass("photon storing", &[(&self.commit, 1)]);
