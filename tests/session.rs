@@ -4,13 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
+use macula::fovea::eccentricity_rad;
 use macula::gaze::events::{EventKind, EventParams, GazeEvent, detect_events};
+use macula::gaze::source::GazeParams;
 use macula::gaze::summary::Summary;
 use macula::gaze::synthetic::natural_look;
 use macula::gaze::trace::{
     ClockPair, EventRecord, FrameGaze, FrameRecord, Metadata, SessionWriter, files, head_flags,
 };
-use macula::gaze::{EyeSample, GazeRay, GazeSample, GazeState, Session};
+use macula::gaze::{EyeSample, GazeRay, GazeSample, GazeSource, GazeState, Session};
 use macula::view::{Fov, Pose, View};
 use proptest::prelude::*;
 
@@ -585,6 +587,63 @@ fn its_events_are_where_its_script_puts_them() {
     }
     let events = detect_events(&unbroken, EventParams::default());
     assert_eq!(count(&events, EventKind::Loss), 0);
+}
+
+#[test]
+fn the_gaze_source_follows_it_and_holds_through_blinks_and_loss() {
+    let session = natural_look();
+    let mut source = GazeSource::replay(GazeParams::default());
+    let start_ns = session.frames[0].predicted_display_ns;
+    let mut held_s = Vec::new();
+    for frame in &session.frames {
+        let display_ns = frame.predicted_display_ns;
+        let newest = session.gaze_at(display_ns - 20_000_000);
+        let reading = source.update(display_ns, newest);
+        assert_eq!(
+            reading.widening_rad, 0.0,
+            "nothing here lasts long enough to widen the fovea"
+        );
+        match reading.state {
+            GazeState::Replay => {
+                let raw = newest.unwrap().combined.unwrap();
+                let moved_deg = eccentricity_rad(reading.ray.dir(), raw.dir()).to_degrees();
+                assert!(
+                    moved_deg < 1.2,
+                    "the filter moved the gaze by {moved_deg} at {display_ns}"
+                );
+            }
+            GazeState::Held => held_s.push((display_ns - start_ns) as f64 * 1e-9),
+            state => assert_eq!((state, frame.frame), (GazeState::Fallback, 0)),
+        }
+    }
+    let in_script = |time_s: &f64| {
+        [2.6..3.0, 4.35..4.85, 8.62..9.0]
+            .iter()
+            .any(|gap| gap.contains(time_s))
+    };
+    assert!(held_s.iter().all(in_script), "{held_s:?}");
+    assert!(held_s.len() > 60, "{} of about 80 frames", held_s.len());
+}
+
+#[test]
+fn the_simulated_headset_replays_the_same_folders() {
+    let configure = |folder: &Path| {
+        xr_sim::configure(xr_sim::Config {
+            session: Some(folder.to_owned()),
+            ..xr_sim::Config::default()
+        })
+    };
+    configure(&bundled()).unwrap();
+    let home = saved(&natural_look());
+    let folder = home.path().join("session");
+    configure(&folder).unwrap();
+    let table = fs::read_to_string(folder.join(files::FRAMES)).unwrap();
+    fs::write(
+        folder.join(files::FRAMES),
+        with_cell(&table, 2, "head_px", "NaN"),
+    )
+    .unwrap();
+    assert!(configure(&folder).is_err() && Session::open(&folder).is_err());
 }
 
 #[test]

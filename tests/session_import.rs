@@ -302,6 +302,11 @@ fn the_command_writes_a_session_that_reads_back_and_replaces_one_only_by_force()
         (&direct.gaze, &direct.frames)
     );
     assert_eq!(session.metadata.name.as_deref(), Some("recording"));
+    xr_sim::configure(xr_sim::Config {
+        session: Some(out.clone()),
+        ..xr_sim::Config::default()
+    })
+    .unwrap();
     assert!(
         session
             .metadata
