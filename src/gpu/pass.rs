@@ -33,7 +33,24 @@ impl Kernel {
         constants: &Constants,
         chunk_count: &dyn Fn(&str) -> u32,
     ) -> Result<Self, ShaderError> {
-        let source = shader::compose(stage.name, chunk_count)?;
+        Self::from_source(
+            gpu,
+            stage,
+            shader::compose(stage.name, chunk_count)?,
+            constants,
+        )
+    }
+
+    /// Compiles a composed source that is not in the registry, a test's or a benchmark's; its entry point has the stage's name.
+    ///
+    /// # Errors
+    /// [`ShaderError::Invalid`] when the source does not validate.
+    pub fn from_source(
+        gpu: &GpuDevice,
+        stage: Stage,
+        source: String,
+        constants: &Constants,
+    ) -> Result<Self, ShaderError> {
         let reflection = shader::reflect(stage.name, &source, stage.name)?;
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(stage.name),

@@ -77,31 +77,46 @@ pub enum ShaderError {
 /// # Errors
 /// [`ShaderError`] for an unknown module or an unreadable directive.
 pub fn compose(name: &str, chunk_count: &dyn Fn(&str) -> u32) -> Result<String, ShaderError> {
-    let mut seen = BTreeSet::new();
+    let text = module_text(name)?;
+    compose_text(name, text, chunk_count)
+}
+
+/// Puts a source together from a text that is not in the registry, such as a test's.
+///
+/// # Errors
+/// [`ShaderError`] for an unknown module or an unreadable directive.
+pub fn compose_text(
+    name: &str,
+    text: &str,
+    chunk_count: &dyn Fn(&str) -> u32,
+) -> Result<String, ShaderError> {
+    let mut seen = BTreeSet::from([name.to_owned()]);
     let mut source = String::new();
-    append_module(name, chunk_count, &mut seen, &mut source)?;
+    append_text(name, text, chunk_count, &mut seen, &mut source)?;
     Ok(source)
 }
 
-fn append_module(
+fn module_text(name: &str) -> Result<&'static str, ShaderError> {
+    let module = MODULES.iter().find(|(module, _)| *module == name);
+    module
+        .map(|(_, text)| *text)
+        .ok_or_else(|| ShaderError::UnknownModule(name.to_owned()))
+}
+
+fn append_text(
     name: &str,
+    text: &str,
     chunk_count: &dyn Fn(&str) -> u32,
     seen: &mut BTreeSet<String>,
     source: &mut String,
 ) -> Result<(), ShaderError> {
-    if !seen.insert(name.to_owned()) {
-        return Ok(());
-    }
-    let (_, text) = MODULES
-        .iter()
-        .find(|(module, _)| *module == name)
-        .ok_or_else(|| ShaderError::UnknownModule(name.to_owned()))?;
-    for used in text
+    let used = text
         .lines()
-        .filter_map(|line| line.strip_prefix("//! use "))
-        .flat_map(|list| list.split(','))
-    {
-        append_module(used.trim(), chunk_count, seen, source)?;
+        .filter_map(|line| line.strip_prefix("//! use "));
+    for module in used.flat_map(|list| list.split(',')).map(str::trim) {
+        if seen.insert(module.to_owned()) {
+            append_text(module, module_text(module)?, chunk_count, seen, source)?;
+        }
     }
     for line in text.lines() {
         if let Some(directive) = line.strip_prefix("//! split ") {
