@@ -160,17 +160,20 @@ fn the_furnace_is_closed_and_wholly_of_one_glowing_stuff() {
     assert!((-4.189..-4.1).contains(&volume_m3), "{volume_m3}");
 }
 
-/// Whether a ray from `origin` meets any triangle (Möller and Trumbore's test, both faces).
-fn meets_any(origin: Vec3, dir: Vec3, parts: &[&Part]) -> bool {
+/// How far from `origin` a ray first meets a triangle (Möller and Trumbore's test, both faces).
+fn first_hit_m(origin: Vec3, dir: Vec3, parts: &[&Part]) -> Option<f32> {
     const SLACK: f32 = 1e-5;
-    let mut triangles = parts.iter().flat_map(|part| &part.triangles);
-    triangles.any(|[a, b, c]| {
+    let triangles = parts.iter().flat_map(|part| &part.triangles);
+    let hits = triangles.filter_map(|[a, b, c]| {
         let (ab, ac, from_a) = (*b - *a, *c - *a, origin - *a);
         let (p, q) = (dir.cross(ac), from_a.cross(ab));
         let determinant = ab.dot(p);
         let (u, v) = (from_a.dot(p) / determinant, dir.dot(q) / determinant);
-        u >= -SLACK && v >= -SLACK && u + v <= 1.0 + SLACK && ac.dot(q) / determinant > 0.0
-    })
+        let distance_m = ac.dot(q) / determinant;
+        let is_inside = u >= -SLACK && v >= -SLACK && u + v <= 1.0 + SLACK;
+        (is_inside && distance_m > 0.0).then_some(distance_m)
+    });
+    hits.reduce(f32::min)
 }
 
 /// Directions spread evenly over the sphere.
@@ -197,7 +200,7 @@ fn every_viewer_is_walled_in_all_round_with_room_to_move() {
         let eye = scene.camera_position(camera);
         let escapes = |parts: &[&Part]| {
             directions(150)
-                .filter(|dir| !meets_any(eye, *dir, parts))
+                .filter(|dir| first_hit_m(eye, *dir, parts).is_none())
                 .count()
         };
         let all: Vec<&Part> = scene.parts.iter().collect();
@@ -210,6 +213,25 @@ fn every_viewer_is_walled_in_all_round_with_room_to_move() {
             .map(|corner| corner.distance(eye))
             .fold(f32::MAX, f32::min);
         assert!(nearest_m > 0.3, "{file_name}: {nearest_m} m from {camera}");
+    }
+}
+
+#[test]
+fn the_gallery_s_rooms_are_seen_through_its_doorways() {
+    let gallery = load("gallery.glb");
+    let all: Vec<&Part> = gallery.parts.iter().collect();
+    // From the hall, 0.5 m before each doorway, straight through to the far wall; and beside it, into the hall's own wall.
+    for (before, aside, dir, far_m) in [
+        (Vec3::new(4.5, 2.3, 0.4), Vec3::Z, Vec3::X, 5.9),
+        (Vec3::new(2.9, 2.3, -3.0), Vec3::X, Vec3::NEG_Z, 5.4),
+    ] {
+        let through_m = first_hit_m(before, dir, &all).unwrap();
+        assert!(
+            (through_m - far_m).abs() < 0.1,
+            "{through_m} m, not {far_m}"
+        );
+        let beside_m = first_hit_m(before + aside, dir, &all).unwrap();
+        assert!(beside_m < 0.51, "a wall must be seen: {beside_m} m");
     }
 }
 

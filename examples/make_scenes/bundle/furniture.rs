@@ -277,6 +277,18 @@ pub fn round_mirror(radius_m: f64) -> (Mesh, Mesh) {
     )
 }
 
+/// A door with two raised panels that stands before a wall at z = 0.
+pub fn door(width_m: f64, height_m: f64) -> Mesh {
+    let half = DVec3::new(0.5 * width_m, 0.5 * height_m, 0.02);
+    let mut door = vec![rounded_cuboid(half, 0.01, 2, 1).moved(half.with_x(0.0))];
+    for (low, high) in [(0.1, 0.42), (0.49, 0.93)] {
+        let half = DVec3::new(0.34 * width_m, 0.5 * (high - low) * height_m, 0.012);
+        let center = DVec3::new(0.0, 0.5 * (low + high) * height_m, 0.045);
+        door.push(rounded_cuboid(half, 0.01, 2, 1).moved(center));
+    }
+    joined(door)
+}
+
 /// A vessel turned about +Y from outline points (radius, height).
 pub fn turned_vessel<const N: usize>(outline: [[f64; 2]; N], wall_m: f64, segments: u32) -> Mesh {
     Mesh::lathe(

@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
+use super::chamber::{self, Chamber, Side};
 use super::furniture::{self, CREASE_DEG};
 use super::glb::Glb;
 use super::material::{glass, glossy, lambert, lamp, metal, textured};
@@ -15,13 +16,6 @@ use super::painting;
 use super::sculpture;
 use super::shapes::{rod, rounded_cuboid};
 use super::texture::{self, hex};
-
-/// One room: its corners, metres.
-struct Chamber {
-    name: &'static str,
-    min: DVec3,
-    max: DVec3,
-}
 
 const HALL: Chamber = Chamber {
     name: "hall",
@@ -44,27 +38,6 @@ const SIDE_DOOR: (f64, f64) = (-0.9, 0.9);
 const CABINET_DOOR: (f64, f64) = (1.5, 3.1);
 /// How high pictures hang (their middles).
 const EYE_LEVEL_M: f64 = 1.65;
-
-/// The walls of a chamber, named by the axis that they stand at the end of.
-#[derive(Clone, Copy, PartialEq)]
-enum Side {
-    West,
-    East,
-    North,
-    South,
-}
-
-impl Chamber {
-    /// The point on a wall `along` it (x or z) at a height, and the direction into the room.
-    fn on_wall(&self, side: Side, along: f64, height_m: f64) -> (DVec3, DVec3) {
-        match side {
-            Side::West => (DVec3::new(self.min.x, height_m, along), DVec3::X),
-            Side::East => (DVec3::new(self.max.x, height_m, along), DVec3::NEG_X),
-            Side::North => (DVec3::new(along, height_m, self.min.z), DVec3::Z),
-            Side::South => (DVec3::new(along, height_m, self.max.z), DVec3::NEG_Z),
-        }
-    }
-}
 
 /// The file being written, and what its pieces share.
 struct Gallery {
@@ -178,36 +151,24 @@ impl Gallery {
         let door = doors(Side::South, CABINET.min.x, CABINET_DOOR);
         self.chamber(&CABINET, red, felt, &[door], vec![[2.2, 2.25], [4.4, 2.25]]);
 
-        // The doorways' linings, through 0.4 m of wall.
-        let lining = |min: DVec3, u: (DVec3, f64), w: (DVec3, f64)| {
-            let up = (DVec3::Y, DOOR_HEIGHT_M);
-            joined([
-                Mesh::wall(min, w, u, &[]),
-                Mesh::wall(min + DVec3::Y * DOOR_HEIGHT_M, u, w, &[]),
-                Mesh::wall(min, u, up, &[]),
-                Mesh::wall(min + w.0 * w.1, up, u, &[]),
-            ])
-        };
         let (low, high) = SIDE_DOOR;
-        let through = (DVec3::X, SIDE_ROOM.min.x - HALL.max.x);
-        let to_side = lining(
+        let to_side = chamber::doorway_along_x(
             DVec3::new(HALL.max.x, 0.0, low),
-            through,
-            (DVec3::Z, high - low),
+            DVec3::new(SIDE_ROOM.min.x, DOOR_HEIGHT_M, high),
         );
+        // Turned a quarter, a passage along x becomes one along z.
         let (low, high) = CABINET_DOOR;
-        let through = (DVec3::Z, HALL.min.z - CABINET.max.z);
-        let to_cabinet = lining(
-            DVec3::new(low, 0.0, CABINET.max.z),
-            (DVec3::X, high - low),
-            through,
+        let to_cabinet = chamber::doorway_along_x(
+            DVec3::new(CABINET.max.z, 0.0, -high),
+            DVec3::new(HALL.min.z, DOOR_HEIGHT_M, -low),
         );
+        let to_cabinet = to_cabinet.turned(rotation(DVec3::Y, -FRAC_PI_2));
         let linings =
             joined([to_side, to_cabinet]).textured(|p, _| DVec2::new(p.y, p.x + p.z) / 0.8);
         self.place("doorways", linings, oak);
     }
 
-    /// A room's floor, walls with their doors (a span along each), ceiling with its lit panels (their middles), and skirting.
+    /// A room's floor, walls with their doors (a span along each), and ceiling with its lit panels (their middles).
     fn chamber(
         &mut self,
         chamber: &Chamber,
@@ -217,43 +178,17 @@ impl Gallery {
         panels: Vec<[f64; 2]>,
     ) {
         const PANEL_HALF_M: [f64; 2] = [0.6, 0.3];
-        let (min, max) = (chamber.min, chamber.max);
-        let size = max - min;
-        let (x, y, z) = ((DVec3::X, size.x), (DVec3::Y, size.y), (DVec3::Z, size.z));
-        let span = |side: Side| {
-            doors
-                .iter()
-                .filter(move |door| door.0 == side)
-                .map(|door| door.1)
-        };
-        // Two walls have their height along u, two along v, so that all face in.
-        let upright = |side| -> Vec<[f64; 4]> {
-            span(side)
-                .map(|[a, b]| [0.0, a, DOOR_HEIGHT_M, b])
-                .collect()
-        };
-        let lying = |side| -> Vec<[f64; 4]> {
-            span(side)
-                .map(|[a, b]| [a, 0.0, b, DOOR_HEIGHT_M])
-                .collect()
-        };
-        let walls = joined([
-            Mesh::wall(min, x, y, &lying(Side::North)),
-            Mesh::wall(min.with_z(max.z), y, x, &upright(Side::South)),
-            Mesh::wall(min, y, z, &upright(Side::West)),
-            Mesh::wall(min.with_x(max.x), z, y, &lying(Side::East)),
-        ]);
         let name = |part: &str| format!("{} {part}", chamber.name);
-        self.place(&name("walls"), walls, wall);
-        let ground = Mesh::wall(min, z, x, &[]).textured(|_, uv| uv / 2.4);
+        self.place(&name("walls"), chamber.walls(doors, DOOR_HEIGHT_M), wall);
+        let ground = chamber.floor().textured(|_, uv| uv / 2.4);
         self.place(&name("floor"), ground, floor);
         let [half_x, half_z] = PANEL_HALF_M;
         let holes: Vec<[f64; 4]> = panels
             .iter()
             .map(|[u, v]| [u - half_x, v - half_z, u + half_x, v + half_z])
             .collect();
-        let top = min.with_y(max.y);
-        self.place(&name("ceiling"), Mesh::wall(top, x, z, &holes), self.white);
+        self.place(&name("ceiling"), chamber.ceiling(&holes), self.white);
+        let top = chamber.min.with_y(chamber.max.y);
         for (number, hole) in holes.iter().enumerate() {
             let corner = top + DVec3::new(hole[0], 0.0, hole[1]);
             let panel = Mesh::wall(

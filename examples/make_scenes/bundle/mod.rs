@@ -4,6 +4,7 @@
 //! `+ - * /` and square root in f64, which IEEE 754 rounds one way only; the platform's own `sin` and `pow`, which may
 //! differ in the last bit, are not used (see [`math`]).
 
+mod chamber;
 mod cornell;
 mod furnace;
 mod furniture;

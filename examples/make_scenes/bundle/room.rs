@@ -1,6 +1,6 @@
 //! A lived-in room of about 100 k triangles, glossy and textured: daylight from a window on the left, a warm lamp, a mirror.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DQuat, DVec2, DVec3};
 
@@ -91,17 +91,9 @@ impl Room {
             white.push(Mesh::cuboid(low.with_z(high.z - deep_m), high));
         }
         self.place("ceiling and mouldings", joined(white), self.white);
-        let (from, to) = (DVec3::new(0.9, 0.0, 2.16), DVec3::new(1.8, 2.05, 2.2));
-        let mut door = vec![rounded_cuboid((to - from) * 0.5, 0.01, 2, 1).moved((from + to) * 0.5)];
-        for (low_m, high_m) in [(0.2, 0.85), (1.0, 1.9)] {
-            let half = DVec3::new(0.3, 0.5 * (high_m - low_m), 0.012);
-            door.push(rounded_cuboid(half, 0.01, 2, 1).moved(DVec3::new(
-                1.35,
-                0.5 * (low_m + high_m),
-                2.155,
-            )));
-        }
-        self.place("door", joined(door), self.white);
+        let door = furniture::door(0.9, 2.05).turned(rotation(DVec3::Y, PI));
+        let door = door.moved(DVec3::new(1.35, 0.0, ROOM_MAX.z));
+        self.place("door", door, self.white);
     }
 
     fn window(&mut self) {
