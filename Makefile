@@ -21,7 +21,7 @@ test: ## Run every check: format, lints, tests, documentation
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
 bench: setup ## Measure the kernels against native code, side by side
-	cargo run --release --locked --example bench_kernels
+	cargo bench --locked --bench kernels
 
 assets: setup ## Write the bundled scenes anew from their generator
 	cargo run --locked --example make_scenes

@@ -309,7 +309,7 @@ impl NativeGrid {
 /// Photons on the walls of the unit cube, queries on the same walls in the order of an image's rows.
 fn gather(gpu: &GpuDevice) -> Result<(), Error> {
     let mut random = Random(11);
-    let mut on_wall = |u: f32, v: f32, wall: u32| {
+    let on_wall = |u: f32, v: f32, wall: u32| {
         let near = (wall % 2) as f32 * 0.999_9;
         match wall / 2 {
             0 => [near, u, v, 1.0],

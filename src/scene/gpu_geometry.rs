@@ -56,7 +56,7 @@ impl GpuGeometry {
         }
         let vertices = mesh.triangles[triangle].map(|vertex| vertex as usize);
         let normals = vertices.map(|vertex| mesh.normals[vertex]);
-        let is_flat = normals.iter().any(|normal| *normal == Vec3::ZERO);
+        let is_flat = normals.contains(&Vec3::ZERO);
         let material = mesh.material_of_triangle[triangle] | if is_flat { FLAT } else { 0 };
         let packed = normals.map(|normal| if is_flat { 0 } else { pack_direction(normal) });
         self.triangle_shading
