@@ -186,7 +186,7 @@ fn traversal(gpu: &GpuDevice, scene: &Scene, caster: &SceneCaster) -> Result<(),
         name: "bench_traversal",
     };
     let source = shader::compose_text(stage.name, TRAVERSAL, &|array| {
-        on_gpu.chunk_count(array).unwrap_or(1)
+        on_gpu.shader_size(array).unwrap_or(1)
     })?;
     let kernel = Kernel::from_source(gpu, stage, source, &[("HAS_OBJECTS", 0.0)])?;
     let bound = kernel.bind(

@@ -1,9 +1,11 @@
 //! use scene
 // Rays against the scene: a software BVH2 in two levels. The static part is one mesh; moving objects are found through a small tree
 // over their bounds, and each is traversed with the ray in its own space.
-// Source: ordered traversal with a private stack (figures in ARCHITECTURE.md, "Traversal"); triangles after Möller and Trumbore, 1997.
-// Limits: stack of 64 entries, which src/scene/bvh.rs guarantees; edges are widened by 1e-6 of the triangle, so that rays don't slip
-// between neighbours.
+// Source: ordered while-while traversal with a private stack (Aila and Laine, HPG 2009; figures in ARCHITECTURE.md, "Measured");
+// triangles after Möller and Trumbore, 1997.
+// Limits: the stack holds as many entries as the deepest of the scene's trees has levels (src/scene/gpu_scene.rs); edges are widened
+// by 1e-6 of the triangle, so that rays don't slip between neighbours.
+//! size STACK_ENTRIES
 
 override HAS_ALPHA: bool = true;
 
@@ -41,64 +43,61 @@ fn hit_triangle(index: u32, ray: Ray, object: u32, best: ptr<function, Hit>) {
   }
 }
 
+/// Where a ray is inside a child's bounds: entry and exit, in units of the ray.
+fn box_interval(packed: vec3u, step: vec3f, start: vec3f, t_max: f32) -> vec2f {
+  let x = unpack2x16unorm(packed.x) * step.x + start.x;
+  let y = unpack2x16unorm(packed.y) * step.y + start.y;
+  let z = unpack2x16unorm(packed.z) * step.z + start.z;
+  return vec2f(max(max(min(x.x, x.y), min(y.x, y.y)), max(min(z.x, z.y), 0.0)),
+               min(min(max(x.x, x.y), max(y.x, y.y)), min(max(z.x, z.y), t_max)));
+}
+
 /// Shrinks `best` to the nearest hit of one mesh's tree; with `any` it stops at the first.
-fn traverse_mesh(root: u32, ray: Ray, object: u32, any: bool, best: ptr<function, Hit>) {
+fn traverse_mesh(header: u32, ray: Ray, object: u32, any: bool, best: ptr<function, Hit>) {
   let inverse = safe_inverse(ray.direction);
-  let origin = ray.origin * inverse;
-  var stack_node: array<u32, 64>;
-  var stack_t: array<f32, 64>;
+  let grid_min = bitcast<vec3f>(load_bvh_nodes(header * 2u).xyz);
+  let grid_extent = bitcast<vec3f>(load_bvh_nodes(header * 2u + 1u).xyz);
+  let step = grid_extent * inverse;
+  let start = (grid_min - ray.origin) * inverse;
+  var stack_node: array<u32, STACK_ENTRIES>;
+  var stack_t: array<f32, STACK_ENTRIES>;
   var stack_size = 0u;
-  var node = root;
+  var node = header + 1u;
   loop {
-    let left0 = load_bvh_nodes(node * 4u);
-    let left1 = load_bvh_nodes(node * 4u + 1u);
-    let right0 = load_bvh_nodes(node * 4u + 2u);
-    let right1 = load_bvh_nodes(node * 4u + 3u);
-    let la = left0.xyz * inverse - origin;
-    let lb = left1.xyz * inverse - origin;
-    let ra = right0.xyz * inverse - origin;
-    let rb = right1.xyz * inverse - origin;
-    let lmin = min(la, lb); let lmax = max(la, lb);
-    let rmin = min(ra, rb); let rmax = max(ra, rb);
-    let left_t = max(max(lmin.x, lmin.y), max(lmin.z, 0.0));
-    let right_t = max(max(rmin.x, rmin.y), max(rmin.z, 0.0));
-    var left_hit = left_t <= min(min(lmax.x, lmax.y), min(lmax.z, (*best).t));
-    var right_hit = right_t <= min(min(rmax.x, rmax.y), min(rmax.z, (*best).t));
-    let left = bitcast<u32>(left0.w);
-    let right = bitcast<u32>(right0.w);
-    if (left_hit && (left & LEAF) != 0u) {
-      left_hit = false;
-      if (left != NO_NODE) {
-        let count = ((left >> 27u) & 15u) + 1u;
-        for (var i = 0u; i < count; i++) { hit_triangle((left & 0x7ffffffu) + i, ray, object, best); }
+    // Down to a leaf. Rays of one group wait for each other here, so that they test their triangles together.
+    while ((node & LEAF) == 0u) {
+      let left_child = load_bvh_nodes(node * 2u);
+      let right_child = load_bvh_nodes(node * 2u + 1u);
+      let left = box_interval(left_child.xyz, step, start, (*best).t);
+      let right = box_interval(right_child.xyz, step, start, (*best).t);
+      let left_hit = left.x <= left.y && left_child.w != NO_NODE;
+      let right_hit = right.x <= right.y && right_child.w != NO_NODE;
+      let right_first = right_hit && (!left_hit || right.x < left.x);
+      if (left_hit && right_hit) {
+        stack_node[stack_size] = select(right_child.w, left_child.w, right_first);
+        stack_t[stack_size] = select(right.x, left.x, right_first);
+        stack_size++;
+      }
+      node = select(left_child.w, right_child.w, right_first);
+      if (!left_hit && !right_hit) {
+        node = NO_NODE;
+        while (stack_size > 0u) {
+          stack_size--;
+          if (stack_t[stack_size] < (*best).t) { node = stack_node[stack_size]; break; }
+        }
       }
     }
-    if (right_hit && (right & LEAF) != 0u) {
-      right_hit = false;
-      if (right != NO_NODE) {
-        let count = ((right >> 27u) & 15u) + 1u;
-        for (var i = 0u; i < count; i++) { hit_triangle((right & 0x7ffffffu) + i, ray, object, best); }
-      }
+    if (node == NO_NODE) { break; }
+    let count = ((node >> 27u) & 15u) + 1u;
+    let first = node & 0x7ffffffu;
+    for (var i = 0u; i < count; i++) { hit_triangle(first + i, ray, object, best); }
+    if (any && (*best).triangle != NO_TRIANGLE) { break; }
+    node = NO_NODE;
+    while (stack_size > 0u) {
+      stack_size--;
+      if (stack_t[stack_size] < (*best).t) { node = stack_node[stack_size]; break; }
     }
-    if (any && (*best).triangle != NO_TRIANGLE) { return; }
-    if (left_hit && right_hit) {
-      let right_first = right_t < left_t;
-      stack_node[stack_size] = select(right, left, right_first);
-      stack_t[stack_size] = select(right_t, left_t, right_first);
-      stack_size++;
-      node = select(left, right, right_first);
-    } else if (left_hit) {
-      node = left;
-    } else if (right_hit) {
-      node = right;
-    } else {
-      var found = false;
-      while (stack_size > 0u) {
-        stack_size--;
-        if (stack_t[stack_size] < (*best).t) { node = stack_node[stack_size]; found = true; break; }
-      }
-      if (!found) { return; }
-    }
+    if (node == NO_NODE) { break; }
   }
 }
 

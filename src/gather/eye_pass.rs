@@ -132,8 +132,8 @@ impl EyePass {
             .with("visible_points_", &points)
             .with("seen_emission", &seen_emission)
             .with("slot_radiance", &slot_radiance);
-        let chunk_count = |array: &str| scene.chunk_count(array).unwrap_or(tracer.chunks());
-        let kernel = |stage| Kernel::new(gpu, stage, constants, &chunk_count);
+        let size_of_name = |array: &str| scene.shader_size(array).unwrap_or(tracer.chunks());
+        let kernel = |stage| Kernel::new(gpu, stage, constants, &size_of_name);
         Ok(Self {
             visible_points: kernel(stages::visible_points)?.bind(gpu, &bound)?,
             direct_light: kernel(stages::direct_light)?.bind(gpu, &bound)?,

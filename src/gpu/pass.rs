@@ -31,12 +31,12 @@ impl Kernel {
         gpu: &GpuDevice,
         stage: Stage,
         constants: &Constants,
-        chunk_count: &dyn Fn(&str) -> u32,
+        size_of_name: &dyn Fn(&str) -> u32,
     ) -> Result<Self, ShaderError> {
         Self::from_source(
             gpu,
             stage,
-            shader::compose(stage.name, chunk_count)?,
+            shader::compose(stage.name, size_of_name)?,
             constants,
         )
     }

@@ -2,7 +2,8 @@
 //!
 //! A shader file names the shared modules that it builds on in a first line `//! use a, b`. WGSL does not care about the order of
 //! declarations, so composing is concatenating each module once. An array that may outgrow the device's largest binding is declared
-//! by a line `//! split ..` (see `split_declaration`) and reached through the accessors which that line generates.
+//! by a line `//! split ..` (see `split_declaration`) and reached through the accessors which that line generates; a constant that only
+//! the host knows by a line `//! size NAME`.
 
 use std::collections::BTreeSet;
 
@@ -72,13 +73,14 @@ pub enum ShaderError {
 
 /// Puts a shader's source together from its file and the shared modules that it uses.
 ///
-/// `chunk_count` says into how many bindings an array declared by `//! split` is cut, by array name; 1 where it says nothing.
+/// `size_of_name` tells the sizes that are known only at run time: for an array declared by `//! split` into how many bindings it is
+/// cut, for a constant declared by `//! size` its value.
 ///
 /// # Errors
 /// [`ShaderError`] for an unknown module or an unreadable directive.
-pub fn compose(name: &str, chunk_count: &dyn Fn(&str) -> u32) -> Result<String, ShaderError> {
+pub fn compose(name: &str, size_of_name: &dyn Fn(&str) -> u32) -> Result<String, ShaderError> {
     let text = module_text(name)?;
-    compose_text(name, text, chunk_count)
+    compose_text(name, text, size_of_name)
 }
 
 /// Puts a source together from a text that is not in the registry, such as a test's.
@@ -88,11 +90,11 @@ pub fn compose(name: &str, chunk_count: &dyn Fn(&str) -> u32) -> Result<String, 
 pub fn compose_text(
     name: &str,
     text: &str,
-    chunk_count: &dyn Fn(&str) -> u32,
+    size_of_name: &dyn Fn(&str) -> u32,
 ) -> Result<String, ShaderError> {
     let mut seen = BTreeSet::from([name.to_owned()]);
     let mut source = String::new();
-    append_text(name, text, chunk_count, &mut seen, &mut source)?;
+    append_text(name, text, size_of_name, &mut seen, &mut source)?;
     Ok(source)
 }
 
@@ -106,7 +108,7 @@ fn module_text(name: &str) -> Result<&'static str, ShaderError> {
 fn append_text(
     name: &str,
     text: &str,
-    chunk_count: &dyn Fn(&str) -> u32,
+    size_of_name: &dyn Fn(&str) -> u32,
     seen: &mut BTreeSet<String>,
     source: &mut String,
 ) -> Result<(), ShaderError> {
@@ -115,18 +117,23 @@ fn append_text(
         .filter_map(|line| line.strip_prefix("//! use "));
     for module in used.flat_map(|list| list.split(',')).map(str::trim) {
         if seen.insert(module.to_owned()) {
-            append_text(module, module_text(module)?, chunk_count, seen, source)?;
+            append_text(module, module_text(module)?, size_of_name, seen, source)?;
         }
     }
     for line in text.lines() {
         if let Some(directive) = line.strip_prefix("//! split ") {
-            let declaration = split_declaration(directive, chunk_count).ok_or_else(|| {
+            let declaration = split_declaration(directive, size_of_name).ok_or_else(|| {
                 ShaderError::BadDirective {
                     module: name.to_owned(),
                     line: line.to_owned(),
                 }
             })?;
             source.push_str(&declaration);
+        } else if let Some(constant) = line.strip_prefix("//! size ") {
+            source.push_str(&format!(
+                "const {constant}: u32 = {}u;\n",
+                size_of_name(constant).max(1)
+            ));
         } else {
             source.push_str(line);
             source.push('\n');
@@ -140,7 +147,7 @@ pub const CHUNK_SHIFT: u32 = 22;
 
 /// Turns `NAME: ELEMENT, ACCESS, GROUP, FIRST_BINDING` into as many bindings as the array has chunks, and the functions
 /// `load_NAME(index)` and, for `read_write`, `store_NAME(index, value)`. With one chunk they are plain indexing.
-fn split_declaration(directive: &str, chunk_count: &dyn Fn(&str) -> u32) -> Option<String> {
+fn split_declaration(directive: &str, size_of_name: &dyn Fn(&str) -> u32) -> Option<String> {
     let (name, rest) = directive.split_once(':')?;
     let name = name.trim();
     let fields: Vec<&str> = rest.split(',').map(str::trim).collect();
@@ -148,7 +155,7 @@ fn split_declaration(directive: &str, chunk_count: &dyn Fn(&str) -> u32) -> Opti
         return None;
     };
     let first_binding: u32 = first_binding.parse().ok()?;
-    let chunks = chunk_count(name).max(1);
+    let chunks = size_of_name(name).max(1);
     let mut out = String::new();
     for chunk in 0..chunks {
         out += &format!(

@@ -78,8 +78,8 @@ impl PhotonMap {
             capacity,
             KEY_BITS,
         )?;
-        let chunk_count = |_: &str| tracer.chunks();
-        let kernel = |stage| Kernel::new(gpu, stage, &[], &chunk_count);
+        let size_of_name = |_: &str| tracer.chunks();
+        let kernel = |stage| Kernel::new(gpu, stage, &[], &size_of_name);
         let unsorted = photons
             .clone()
             .with("photon_map", &uniform)

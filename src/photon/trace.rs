@@ -62,7 +62,7 @@ impl PhotonTracer {
             .max(f64::from(batch) * 2.0)
             .min(f64::from(1u32 << 28)) as u32;
         let chunks = SplitArray::chunk_count(u64::from(capacity));
-        let chunk_count = |array: &str| scene.chunk_count(array).unwrap_or(chunks);
+        let size_of_name = |array: &str| scene.shader_size(array).unwrap_or(chunks);
 
         let rounds = photon.count.div_ceil(batch).max(1);
         let uniforms =
@@ -96,7 +96,7 @@ impl PhotonTracer {
                 .with("paths", &path_sides[side])
                 .with("next_paths", &path_sides[1 - side])
         };
-        let kernel = |stage| Kernel::new(gpu, stage, constants, &chunk_count);
+        let kernel = |stage| Kernel::new(gpu, stage, constants, &size_of_name);
         let both_sides = |kernel: &Kernel| -> Result<[BoundKernel; 2], GpuError> {
             Ok([
                 kernel.bind(gpu, &on_side(0))?,

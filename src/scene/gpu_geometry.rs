@@ -17,8 +17,9 @@ pub const MAX_TRIANGLES: u64 = 1 << 27;
 /// All meshes of a scene, one after the other: node references and triangle numbers count over the whole arrays.
 #[derive(Default)]
 pub struct GpuGeometry {
-    /// Four vectors a node: for each of two children its lower corner with the reference, and its upper corner.
-    pub bvh_nodes: Vec<[f32; 4]>,
+    /// Two vectors a node, one for each child: its bounds in 16 bits a side (low half: lower end) and the reference. A mesh's
+    /// hierarchy starts with a header, the bounds' grid: lower corner and extent, metres.
+    pub bvh_nodes: Vec<[u32; 4]>,
     /// Three vectors a triangle, in leaf order: first corner and the two edges from it.
     pub triangle_positions: Vec<[f32; 4]>,
     /// Three packed normals and the material with the flat bit.
@@ -39,7 +40,7 @@ pub fn pack_direction(direction: Vec3) -> u32 {
 }
 
 impl GpuGeometry {
-    /// Appends a mesh and returns the node at which its hierarchy starts.
+    /// Appends a mesh and returns the place of its hierarchy's header.
     pub fn append(&mut self, mesh: &Mesh, bvh: &MeshBvh) -> u32 {
         let first_triangle = (self.triangle_shading.len()) as u32;
         for &triangle in bvh.triangle_order() {
@@ -65,17 +66,20 @@ impl GpuGeometry {
             .extend(vertices.map(|vertex| mesh.texcoords[vertex].to_array()));
     }
 
-    /// Lays the hierarchy out so that a node holds its children's bounds: one fetch decides about both.
+    /// Lays the hierarchy out so that a node holds its children's bounds: one fetch decides about both. The first record is the
+    /// header with the mesh's bounds, on whose 16-bit grid all others lie, rounded outwards.
     fn append_nodes(&mut self, bvh: &MeshBvh, first_triangle: u32) -> u32 {
-        let root = (self.bvh_nodes.len() / 4) as u32;
-        self.bvh_nodes.extend([[0.0; 4]; 4]);
+        let header = self.bvh_nodes.len() as u32 / 2;
         let nodes = &bvh.bvh.nodes;
+        let grid = BoundsGrid::over(nodes.first().map_or(Aabb::EMPTY, |root| bounds_of(root)));
+        self.bvh_nodes.extend(grid.header());
+        self.bvh_nodes.extend([[0; 4]; 2]);
         if nodes.is_empty() {
-            self.write_children(root, [None, None]);
-            return root;
+            self.write_children(header + 1, &grid, [None, None]);
+            return header;
         }
         // (source node, place of the node that holds its children)
-        let mut waiting = vec![(0usize, root)];
+        let mut waiting = vec![(0usize, header + 1)];
         while let Some((source, place)) = waiting.pop() {
             let node = &nodes[source];
             let sources: [Option<usize>; 2] = if node.is_leaf() {
@@ -92,31 +96,87 @@ impl GpuGeometry {
                     let reference = if node.is_leaf() {
                         LEAF | (node.prim_count - 1) << 27 | (first_triangle + node.first_index)
                     } else {
-                        let place = (self.bvh_nodes.len() / 4) as u32;
-                        self.bvh_nodes.extend([[0.0; 4]; 4]);
+                        let place = self.bvh_nodes.len() as u32 / 2;
+                        self.bvh_nodes.extend([[0; 4]; 2]);
                         waiting.push((child, place));
                         place
                     };
-                    let bounds = node.aabb();
-                    (
-                        Aabb {
-                            min: bounds.min.into(),
-                            max: bounds.max.into(),
-                        },
-                        reference,
-                    )
+                    (bounds_of(node), reference)
                 })
             });
-            self.write_children(place, children);
+            self.write_children(place, &grid, children);
         }
-        root
+        header
     }
 
-    fn write_children(&mut self, place: u32, children: [Option<(Aabb, u32)>; 2]) {
+    fn write_children(
+        &mut self,
+        place: u32,
+        grid: &BoundsGrid,
+        children: [Option<(Aabb, u32)>; 2],
+    ) {
         for (side, child) in children.into_iter().enumerate() {
-            let vectors = child_vectors(child);
-            self.bvh_nodes[place as usize * 4 + side * 2..][..2].copy_from_slice(&vectors);
+            self.bvh_nodes[place as usize * 2 + side] = child
+                .map_or([0, 0, 0, NO_NODE], |(bounds, reference)| {
+                    grid.child(bounds, reference)
+                });
         }
+    }
+}
+
+fn bounds_of(node: &obvhs::bvh2::node::Bvh2Node) -> Aabb {
+    let bounds = node.aabb();
+    Aabb {
+        min: bounds.min.into(),
+        max: bounds.max.into(),
+    }
+}
+
+/// The grid of 65 536 steps a side on which a mesh's bounds are rounded outwards.
+struct BoundsGrid {
+    min: Vec3,
+    extent: Vec3,
+}
+
+impl BoundsGrid {
+    const STEPS: f32 = 65_535.0;
+
+    fn over(bounds: Aabb) -> Self {
+        if bounds.is_empty() {
+            return Self {
+                min: Vec3::ZERO,
+                extent: Vec3::ONE,
+            };
+        }
+        // A flat mesh gets some thickness, and every mesh a margin that outdoes the rounding of min and extent.
+        let extent = bounds.max - bounds.min;
+        let margin = extent
+            .max_element()
+            .max(bounds.max.abs().max(bounds.min.abs()).max_element() * 1e-3)
+            .max(1e-30)
+            * 1e-5;
+        Self {
+            min: bounds.min - margin,
+            extent: extent + 2.0 * margin,
+        }
+    }
+
+    fn header(&self) -> [[u32; 4]; 2] {
+        let bits = |v: Vec3| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), 0];
+        [bits(self.min), bits(self.extent)]
+    }
+
+    fn child(&self, bounds: Aabb, reference: u32) -> [u32; 4] {
+        let steps = |point: Vec3| (point - self.min) / self.extent * Self::STEPS;
+        // One step more on each side than exact arithmetic needs.
+        let low = (steps(bounds.min).floor() - 1.0)
+            .clamp(Vec3::ZERO, Vec3::splat(Self::STEPS))
+            .as_uvec3();
+        let high = (steps(bounds.max).ceil() + 1.0)
+            .clamp(Vec3::ZERO, Vec3::splat(Self::STEPS))
+            .as_uvec3();
+        let packed = low | high << glam::UVec3::splat(16);
+        [packed.x, packed.y, packed.z, reference]
     }
 }
 

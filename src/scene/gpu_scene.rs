@@ -40,6 +40,8 @@ pub struct GpuScene {
     emission_texture_of_material: Vec<(i32, Vec3)>,
     bytes: u64,
     light_count: usize,
+    /// Levels of the deepest hierarchy.
+    tree_depth: u32,
 }
 
 impl GpuScene {
@@ -133,6 +135,12 @@ impl GpuScene {
             emission_texture_of_material,
             bytes: 0,
             light_count: 0,
+            tree_depth: caster
+                .object_bvhs
+                .iter()
+                .map(|bvh| bvh.depth)
+                .fold(caster.static_bvh.depth, u32::max)
+                .max(1),
         };
         this.bytes = [
             &this.materials,
@@ -225,8 +233,11 @@ impl GpuScene {
         .with("lights", &self.lights)
     }
 
-    /// Into how many chunks the scene's array of that name is cut; `None` for an array of others.
-    pub fn chunk_count(&self, array: &str) -> Option<u32> {
+    /// The scene's sizes that shaders are composed with (see [`crate::gpu::shader::compose`]); `None` for a name of others.
+    pub fn shader_size(&self, name: &str) -> Option<u32> {
+        if name == "STACK_ENTRIES" {
+            return Some(self.tree_depth);
+        }
         [
             &self.bvh_nodes,
             &self.triangle_positions,
@@ -234,7 +245,7 @@ impl GpuScene {
             &self.triangle_texcoords,
         ]
         .into_iter()
-        .find(|split| split.name() == array)
+        .find(|split| split.name() == name)
         .map(SplitArray::chunks)
     }
 
