@@ -106,9 +106,7 @@ fn a_map_that_is_too_small_is_told_and_its_picture_stays_as_bright() {
     assert_eq!(whole.count("photons_dropped"), 0.0);
     assert!(whole.statistics.warnings.is_empty());
 
-    let small = recipe
-        .set("photon.stored_per_path", "0.4")
-        .render(&cornell);
+    let small = recipe.set("photon.stored_per_path", "0.4").render(&cornell);
     let emitted = small.count("photons_emitted");
     assert!(emitted > 0.0 && emitted < 60_000.0, "{emitted}");
     assert!(small.count("photons_dropped") > 0.0);

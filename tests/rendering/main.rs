@@ -11,6 +11,7 @@ mod invariances;
 mod maker;
 mod references;
 
+#[allow(dead_code, reason = "other tests use the rest of it")]
 #[path = "../common/glb.rs"]
 mod glb;
 #[path = "../common/shared.rs"]

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use macula::image::{LinearImage, exr};
 use macula::metrics::{self, Comparison, error::ImagePair};
 
-use crate::maker::{
-    Recipe, largest_relative_difference, mean, means_agree, reduced,
-};
+use crate::maker::{Recipe, largest_relative_difference, mean, means_agree, reduced};
 use crate::shared::shared;
 
 /// Pixels of the references across.
@@ -44,9 +42,7 @@ fn each_kind_of_light_has_its_reference_s_radiance_in_the_mean_and_in_every_bloc
         let Some((scene, reference)) = scene_and_reference(name, 64) else {
             return;
         };
-        let recipe = Recipe::new("pm-direct")
-            .passes(16)
-            .set("photon.count", "0");
+        let recipe = Recipe::new("pm-direct").passes(16).set("photon.count", "0");
         let image = recipe.render(&scene).image;
         // Blocks of 8x8 pixels of the reference.
         let verdict = |image: &LinearImage| {
@@ -69,7 +65,7 @@ fn a_diffuse_cornell_box_agrees_with_its_reference() {
     };
     let recipe = Recipe::new("pm-direct")
         .size(128, 128)
-        .passes(4)
+        .passes(8)
         .set("photon.count", "100000");
     let image = recipe.render(&scene).image;
     let verdict = |image: &LinearImage| {
@@ -79,7 +75,7 @@ fn a_diffuse_cornell_box_agrees_with_its_reference() {
         (relmse <= 0.01).then_some(()).ok_or_else(report)
     };
     verdict(&image).unwrap();
-    // The other box is the same room without its indirect light.
+    // The same room without its indirect light.
     let direct_only = recipe.set("photon.count", "0").render(&scene).image;
     assert!(verdict(&direct_only).is_err());
     assert!(verdict(&scaled(&image, 1.02)).is_err());
