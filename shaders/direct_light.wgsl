@@ -62,9 +62,12 @@ fn direct_light(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
     }
     if (kept_target <= 0.0) { continue; }
     let start = leave_surface(point.position, geometric_normal, kept_direction);
+    // From there to the very point on the light: along the old direction the light's own surface would come up to offset/cos sooner.
+    let to_light = point.position + kept_direction * kept_distance_m - start;
+    let distance_m = length(to_light);
     // Stop short of the light's own surface.
-    let reach_m = kept_distance_m - 2.0 * scene.ray_offset_m - 1e-5 * kept_distance_m;
-    if (!is_occluded(start, kept_direction, reach_m)) {
+    let reach_m = distance_m - 2.0 * scene.ray_offset_m - 1e-5 * distance_m;
+    if (!is_occluded(start, to_light / distance_m, reach_m)) {
       sum += kept * (weight_sum / (kept_target * f32(eye.light_candidates)));
     }
   }

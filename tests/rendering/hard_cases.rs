@@ -1,0 +1,126 @@
+//! Scenes and settings at the border of what makes sense: finite pictures, no panic, no light where none can be.
+
+use glam::Vec3;
+use macula::scene::Scene;
+
+use crate::maker::{Picture, Recipe, Stage, bundled, gpu, lambert, mean};
+use crate::shared::shared;
+
+fn assert_sound(picture: &Picture, what: &str) {
+    let values = picture.image.rgb.as_flattened();
+    let is_sound = values.iter().all(|x| x.is_finite() && *x >= 0.0);
+    assert!(is_sound, "{what} has values that no radiance has");
+}
+
+fn plane(stage: Stage) -> Stage {
+    let (u, v) = (4.0 * Vec3::X, -4.0 * Vec3::Z);
+    stage.quad(Vec3::new(-2.0, 0.0, 2.0), u, v, lambert([0.5; 3]))
+}
+
+fn viewer() -> Stage {
+    Stage::new(Vec3::new(0.0, 1.0, 2.0), Vec3::ZERO)
+}
+
+#[test]
+fn no_geometry_no_light_and_no_photons_make_black_or_direct_pictures() {
+    let empty = viewer().load();
+    let unlit = plane(viewer()).load();
+    let only_a_light = viewer().point_light(Vec3::Y, 1.0).load();
+    let lit = plane(viewer()).point_light(Vec3::Y, 1.0).load();
+    for technique in ["pm-direct", "pm"] {
+        let recipe = Recipe::new(technique).size(16, 16);
+        for (scene, what) in [
+            (&empty, "an empty scene"),
+            (&unlit, "a scene without light"),
+            (&only_a_light, "a light and nothing to light"),
+        ] {
+            let picture = recipe.render_scene(scene);
+            assert_eq!(mean(&picture.image), [0.0; 3], "{technique}: {what}");
+        }
+        let without = recipe.clone().set("photon.count", "0").render_scene(&lit);
+        assert_sound(&without, "a picture without photons");
+        assert_eq!(without.count("photons_stored"), 0.0);
+        assert_eq!(mean(&without.image)[0] > 0.0, technique == "pm-direct");
+        let with = recipe.render_scene(&lit);
+        assert!(mean(&with.image)[0] > 0.0, "{technique}: light is seen");
+    }
+}
+
+#[test]
+fn pictures_of_any_size_are_finite_and_lit() {
+    let cornell = Scene::load(&bundled("cornell.glb")).unwrap();
+    for (width, height) in [(1, 1), (1, 17), (33, 1), (31, 65)] {
+        let recipe = Recipe::new("pm-direct").size(width, height);
+        let picture = recipe.set("photon.count", "2000").render_scene(&cornell);
+        let what = format!("{width}x{height}");
+        assert_sound(&picture, &what);
+        assert_eq!(picture.image.rgb.len(), (width * height) as usize);
+        assert!(mean(&picture.image)[0] > 0.0, "{what}");
+    }
+}
+
+#[test]
+fn an_eye_inside_matter_or_on_a_surface_sees_something_finite() {
+    let cornell = Scene::load(&bundled("cornell.glb")).unwrap();
+    let mesh = &cornell.static_mesh;
+    let glass = |triangle: usize| {
+        let material = mesh.material_of_triangle[triangle] as usize;
+        cornell.materials[material].transmission > 0.0
+    };
+    let corner = |triangle: usize| mesh.corners(triangle)[0];
+    let on_glass: Vec<Vec3> = (0..mesh.triangles.len())
+        .filter(|triangle| glass(*triangle))
+        .map(corner)
+        .collect();
+    assert!(!on_glass.is_empty());
+    let middle = on_glass.iter().sum::<Vec3>() / on_glass.len() as f32;
+    for (place, what) in [
+        (middle, "inside the glass ball"),
+        (on_glass[0], "on the glass"),
+        (cornell.bounds.max, "in a corner of the room"),
+        (Vec3::splat(1e4), "far outside"),
+    ] {
+        let mut scene = cornell.clone();
+        scene.cameras[0].pose.position_m = place;
+        let recipe = Recipe::new("pm-direct").size(24, 24);
+        assert_sound(&recipe.render_scene(&scene), what);
+    }
+}
+
+#[test]
+fn extreme_parameters_give_finite_pictures() {
+    let cornell = Scene::load(&bundled("cornell.glb")).unwrap();
+    let recipe = || Recipe::new("pm").size(16, 16).set("photon.count", "500");
+    for (key, value) in [
+        ("gather.radius_m", "1000000"),
+        ("gather.radius_m", "0.0000001"),
+        ("photon.count", "1"),
+        ("photon.depth_max", "1"),
+        ("photon.stored_per_path", "0.01"),
+        ("eye.chain_max", "1"),
+        ("direct.candidates", "64"),
+        ("fovea.samples", "64"),
+        ("gather.flatness", "0.01"),
+    ] {
+        let picture = recipe().set(key, value).render_scene(&cornell);
+        assert_sound(&picture, &format!("{key}={value}"));
+    }
+    gpu().wait("what is left").unwrap();
+}
+
+#[test]
+fn no_light_comes_through_a_wall_a_millimetre_thin() {
+    let Some(dark) = shared("scenes/glb/g-thin-wall-dark.glb") else {
+        return;
+    };
+    for technique in ["pm-direct", "pm"] {
+        // Narrower than the wall, so that no disc reaches around its edge.
+        let recipe = Recipe::new(technique).set("gather.radius_m", "0.0009");
+        assert_eq!(mean(&recipe.render(&dark).image), [0.0; 3], "{technique}");
+    }
+    let Some(dim) = shared("scenes/glb/g-thin-wall-dim.glb") else {
+        return;
+    };
+    let lit = Recipe::new("pm-direct").render(&dim);
+    assert!(mean(&lit.image)[0] > 0.0, "a lamp in the room is seen");
+}

@@ -1,0 +1,18 @@
+//! Pictures against closed forms and independent references, what holds for every picture, and the device's own building blocks.
+//!
+//! Every comparison has a negative control beside it: the same check on a picture that is wrong.
+
+mod closed_forms;
+mod determinism;
+mod device;
+mod energy;
+mod hard_cases;
+mod invariances;
+mod maker;
+mod references;
+
+#[allow(dead_code, reason = "other tests use the rest of it")]
+#[path = "../common/glb.rs"]
+mod glb;
+#[path = "../common/shared.rs"]
+mod shared;

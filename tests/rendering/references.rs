@@ -1,0 +1,110 @@
+//! Pictures against the references of an unrelated renderer, where they lie beside the checkout.
+
+use std::path::PathBuf;
+
+use macula::image::{LinearImage, exr};
+use macula::metrics::{self, Comparison, error::ImagePair};
+
+use crate::maker::{Recipe, largest_relative_difference, mean, means_agree, reduced};
+use crate::shared::shared;
+
+/// Pixels of the references across.
+const REFERENCE_SIDE: u32 = 256;
+
+/// A shared scene and its reference with as many pixels as the tests render.
+fn scene_and_reference(name: &str, side: u32) -> Option<(PathBuf, LinearImage)> {
+    let scene = shared(&format!("scenes/glb/{name}.glb"))?;
+    let reference = exr::read(&shared(&format!("scenes/refs/{name}.exr"))?).unwrap();
+    Some((scene, reduced(&reference, REFERENCE_SIDE / side)))
+}
+
+fn compare(candidate: &LinearImage, reference: &LinearImage) -> Comparison {
+    let pair = ImagePair {
+        width: candidate.width as usize,
+        candidate: &candidate.rgb,
+        reference: &reference.rgb,
+        reference_standard_error: None,
+    };
+    metrics::compare(pair, None).unwrap()
+}
+
+fn scaled(image: &LinearImage, factor: f32) -> LinearImage {
+    let rgb = image.rgb.iter().map(|p| p.map(|x| factor * x)).collect();
+    LinearImage {
+        rgb,
+        ..image.clone()
+    }
+}
+
+#[test]
+fn each_kind_of_light_has_its_reference_s_radiance_in_the_mean_and_in_every_block() {
+    for name in ["j-point", "j-spot", "j-directional", "j-area"] {
+        let Some((scene, reference)) = scene_and_reference(name, 64) else {
+            return;
+        };
+        let recipe = Recipe::new("pm-direct").passes(16).set("photon.count", "0");
+        let image = recipe.render(&scene).image;
+        // Blocks of 8x8 pixels of the reference.
+        let verdict = |image: &LinearImage| {
+            means_agree(mean(image), mean(&reference), 0.01)?;
+            let blocks = [image, &reference].map(|picture| reduced(picture, 2));
+            let worst = largest_relative_difference(&blocks[0], &blocks[1], 0.1);
+            let report = || format!("a block is {worst} off");
+            (worst <= 0.01).then_some(()).ok_or_else(report)
+        };
+        verdict(&image).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let is_noticed = verdict(&scaled(&image, 1.02)).is_err();
+        assert!(is_noticed, "{name}: a picture 2% brighter is noticed");
+    }
+}
+
+#[test]
+fn a_diffuse_cornell_box_agrees_with_its_reference() {
+    let Some((scene, reference)) = scene_and_reference("a-cornell-diffuse", 128) else {
+        return;
+    };
+    let recipe = Recipe::new("pm-direct")
+        .size(128, 128)
+        .passes(8)
+        .set("photon.count", "100000");
+    let image = recipe.render(&scene).image;
+    let verdict = |image: &LinearImage| {
+        means_agree(mean(image), mean(&reference), 0.01)?;
+        let relmse = compare(image, &reference).whole.unwrap().error.relmse;
+        let report = || format!("relative MSE {relmse}");
+        (relmse <= 0.01).then_some(()).ok_or_else(report)
+    };
+    verdict(&image).unwrap();
+    // The same room without its indirect light.
+    let direct_only = recipe.set("photon.count", "0").render(&scene).image;
+    assert!(verdict(&direct_only).is_err());
+    assert!(verdict(&scaled(&image, 1.02)).is_err());
+}
+
+#[test]
+fn all_light_from_photons_has_the_reference_s_mean() {
+    let Some((scene, reference)) = scene_and_reference("a-cornell-diffuse", 64) else {
+        return;
+    };
+    let recipe = Recipe::new("pm")
+        .passes(4)
+        .set("photon.count", "100000")
+        .set("gather.radius_m", "0.02");
+    let image = recipe.render(&scene).image;
+    means_agree(mean(&image), mean(&reference), 0.02).unwrap();
+    assert!(means_agree(mean(&scaled(&image, 1.04)), mean(&reference), 0.02).is_err());
+}
+
+#[test]
+fn a_caustic_and_a_mirror_have_the_reference_s_mean() {
+    let Some((scene, reference)) = scene_and_reference("b-cornell-caustic", 64) else {
+        return;
+    };
+    let recipe = Recipe::new("pm-direct")
+        .passes(4)
+        .set("photon.count", "100000");
+    let image = recipe.render(&scene).image;
+    means_agree(mean(&image), mean(&reference), 0.02).unwrap();
+    let direct_only = recipe.set("photon.count", "0").render(&scene).image;
+    assert!(means_agree(mean(&direct_only), mean(&reference), 0.02).is_err());
+}
