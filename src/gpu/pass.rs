@@ -231,6 +231,7 @@ pub struct Recorder<'a> {
     gpu: &'a GpuDevice,
     encoder: wgpu::CommandEncoder,
     timer: &'a mut PassTimer,
+    failed: Option<GpuError>,
 }
 
 impl<'a> Recorder<'a> {
@@ -241,6 +242,7 @@ impl<'a> Recorder<'a> {
             gpu,
             encoder,
             timer,
+            failed: None,
         }
     }
 
@@ -267,8 +269,8 @@ impl<'a> Recorder<'a> {
     pub fn pass_of(&mut self, name: &'static str, dispatches: &[(&BoundKernel, Threads<'_>)]) {
         if self.timer.waits_before(name) {
             self.submit();
-            // A lost device shows in `finish`, which waits too.
-            let _ = self.gpu.wait("rendering");
+            // What fails here is kept for `finish`.
+            self.failed = self.failed.take().or(self.gpu.wait("rendering").err());
             self.timer.starts(name);
         }
         self.record_pass(name, dispatches);
@@ -316,6 +318,9 @@ impl<'a> Recorder<'a> {
         self.timer.resolve(&mut self.encoder);
         self.gpu.queue.submit([self.encoder.finish()]);
         self.gpu.wait("rendering")?;
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
         self.timer.read(self.gpu)
     }
 }
