@@ -59,6 +59,7 @@ impl PhotonMapping {
             "GATHERED_ALPHA_MIN",
             f64::from(params.gather.glossy_alpha_min),
         ));
+        constants.push(("COVERAGE_RAYS", f64::from(params.gather.coverage_rays)));
         constants.push(("STORE_DIRECT", f64::from(u8::from(by_photons))));
         constants.push(("DIRECT_TO_GATHERED", f64::from(u8::from(!by_photons))));
         let tracer = PhotonTracer::new(gpu, scene, params, &constants)?;
