@@ -60,6 +60,9 @@ fn bsdf_at(surface: Surface) -> Bsdf {
     bsdf.ior = material.ior;
     bsdf.is_solid = (material.flags & MATERIAL_SOLID) != 0u;
     bsdf.absorption = material.absorption;
+    // The interface's own reflectance takes the coat's place.
+    bsdf.coat_f0 = vec3f(0.0);
+    bsdf.coat_f90 = 0.0;
   }
   return bsdf;
 }

@@ -19,6 +19,15 @@ struct Receiver {
   bsdf: Bsdf,
 }
 
+/// The kernel's value for a photon, 0 where it does not count.
+fn kernel_at(receiver: Receiver, photon: vec3f, packed_normal: u32, inverse_radius2: f32, plane_reach_m: f32) -> f32 {
+  let offset = photon - receiver.position;
+  let kernel = 1.0 - dot(offset, offset) * inverse_radius2;
+  let counts = kernel > 0.0 && abs(dot(offset, receiver.geometric_normal)) <= plane_reach_m
+    && dot(unpack_normal(packed_normal), receiver.geometric_normal) >= photon_map.normal_cos_min;
+  return select(0.0, kernel, counts);
+}
+
 /// Reflected radiance before the division by the count of emitted paths, W/(m2 sr).
 fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
   let dimensions = vec3i(photon_map.grids[class_].dimensions);
@@ -26,11 +35,10 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
   let x_first = max(cell.x - 1, 0);
   let x_last = min(cell.x + 1, dimensions.x - 1);
   if (x_first > x_last) { return vec3f(0.0); }
-  let radius2 = radius_m * radius_m;
-  let inverse_radius2 = 1.0 / radius2;
-  // Bare Lambert reflects all photons alike: its BSDF comes out of the sum.
-  let depends_on_incidence = HAS_SPECULAR && reflects(receiver.bsdf);
+  let inverse_radius2 = 1.0 / (radius_m * radius_m);
   let plane_reach_m = photon_map.flatness * radius_m;
+  let depends_on_incidence = HAS_SPECULAR && reflects(receiver.bsdf);
+  var lambert_sum = vec3f(0.0);
   var sum = vec3f(0.0);
   for (var dz = -1; dz <= 1; dz++) {
     for (var dy = -1; dy <= 1; dy++) {
@@ -39,25 +47,27 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
       if (y < 0 || z < 0 || y >= dimensions.y || z >= dimensions.z) { continue; }
       let first = cell_counts[cell_key(class_, vec3i(x_first, y, z))];
       let last = cell_counts[cell_key(class_, vec3i(x_last, y, z)) + 1u];
-      for (var i = first; i < last; i++) {
-        let photon = load_map_position(i);
-        let offset = photon.xyz - receiver.position;
-        let distance2 = dot(offset, offset);
-        if (distance2 >= radius2 || abs(dot(offset, receiver.geometric_normal)) > plane_reach_m) { continue; }
+      // Bare Lambert reflects all photons alike: its BSDF comes out of the sum. Two loops, one of them empty, because software drivers
+      // compute both sides of a branch but leave a loop that nobody needs.
+      let lambert_last = select(last, first, depends_on_incidence);
+      for (var i = first; i < lambert_last; i++) {
         let flux = load_map_flux(i);
-        if (dot(unpack_normal(bitcast<u32>(flux.w)), receiver.geometric_normal) < photon_map.normal_cos_min) { continue; }
-        let kernel = 1.0 - distance2 * inverse_radius2;
-        if (depends_on_incidence) {
+        lambert_sum += flux.xyz
+          * kernel_at(receiver, load_map_position(i).xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
+      }
+      if (HAS_SPECULAR) {
+        for (var i = lambert_last; i < last; i++) {
+          let photon = load_map_position(i);
+          let flux = load_map_flux(i);
+          let kernel = kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
           let wi = unpack_direction(bitcast<u32>(photon.w));
           sum += flux.xyz * gathered_bsdf(receiver.bsdf, receiver.normal, receiver.wo, wi) * kernel;
-        } else {
-          sum += flux.xyz * kernel;
         }
       }
     }
   }
-  if (!depends_on_incidence) { sum *= receiver.bsdf.diffuse / PI; }
-  return sum * (2.0 / (PI * radius2));
+  sum += lambert_sum * receiver.bsdf.diffuse / PI;
+  return sum * (2.0 * inverse_radius2 / PI);
 }
 
 @compute @workgroup_size(64)

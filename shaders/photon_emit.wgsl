@@ -6,6 +6,8 @@
 @group(1) @binding(1) var<storage, read_write> paths: array<PhotonPath>;
 @group(1) @binding(2) var<storage, read_write> counters: PhotonCounters;
 
+@group(1) @binding(3) var<storage, read_write> next_dispatch: array<u32, 3>;
+
 @compute @workgroup_size(64)
 fn photon_emit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
   let index = workgroup_number(group) * 64u + local;
@@ -14,6 +16,9 @@ fn photon_emit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     counters.alive = select(tracing.path_count, 0u, map_is_full);
     counters.batch_stored = 0u;
     counters.batch_overflows = 0u;
+    next_dispatch[0] = (counters.alive + 63u) / 64u;
+    next_dispatch[1] = 1u;
+    next_dispatch[2] = 1u;
   }
   if (index >= tracing.path_count || map_is_full) { return; }
   let path = tracing.first_path + index;

@@ -7,6 +7,7 @@
 @group(1) @binding(1) var<storage, read_write> counters: PhotonCounters;
 @group(1) @binding(2) var<storage, read_write> group_counts: array<vec2u>;
 @group(1) @binding(3) var<storage, read_write> wave: array<u32, 4>;   // paths before, first photon's place, 0, 0
+@group(1) @binding(4) var<storage, read_write> next_dispatch: array<u32, 3>;
 
 var<workgroup> partial: array<vec2u, 256>;
 
@@ -28,6 +29,10 @@ fn photon_offsets(@builtin(local_invocation_index) local: u32) {
     if (counters.batch_overflows == 0u && wave[1] + running.y > tracing.capacity) { counters.batch_overflows = 1u; }
     counters.batch_stored += running.y;
     counters.alive = running.x;
+    // The next bounce runs no more workgroups than it has paths for.
+    next_dispatch[0] = (running.x + 63u) / 64u;
+    next_dispatch[1] = 1u;
+    next_dispatch[2] = 1u;
   }
   workgroupBarrier();
   var offset = partial[local];

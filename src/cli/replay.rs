@@ -21,7 +21,7 @@ use crate::params::Params;
 use crate::scene::Scene;
 use crate::scene::bvh::SceneCaster;
 use crate::session;
-use crate::xr::{self, XrApp, XrOptions};
+use crate::xr::{self, EndReason, XrApp, XrOptions};
 
 /// Replay a recorded session in a scene: head and gaze of the recording, pictures for both eyes, and a report to look at.
 #[derive(Clone, Debug, clap::Args)]
@@ -178,6 +178,16 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
             ),
             None => "stopped before the first frame".into(),
         }));
+    }
+    if end.reason != EndReason::Exit {
+        let kept = output.keep_partial(&record)?;
+        let kept = kept
+            .map(|path| format!("; its frames are in {}", path.display()))
+            .unwrap_or_default();
+        return Err(CliError::new(format!(
+            "the OpenXR runtime ended the session after {} of {frame_count} frames ({}){kept}",
+            end.frames, end.reason
+        )));
     }
     let folder = output.finish(&record)?;
     tell(

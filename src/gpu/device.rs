@@ -4,6 +4,7 @@
 //! and which physical device is taken.
 
 use std::ffi::c_char;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 use wgpu::hal::vulkan::Api as Vulkan;
@@ -133,6 +134,8 @@ pub struct GpuDevice {
     pub raw: RawVulkan,
     /// Nanoseconds a timestamp tick, or `None` where passes can't be timed.
     pub timestamp_period_ns: Option<f32>,
+    /// The first error that the device reported out of turn; [`GpuDevice::wait`] passes it on.
+    fault: Arc<Mutex<Option<String>>>,
     // Dropped after the device: they own the VkInstance.
     _adapter: wgpu::Adapter,
     _instance: wgpu::Instance,
@@ -240,6 +243,13 @@ impl GpuDevice {
                 device: info.name.clone(),
                 reason: error.to_string(),
             })?;
+        let fault = Arc::new(Mutex::new(None));
+        let noted = Arc::clone(&fault);
+        // Without a handler wgpu would panic, out of memory for one.
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let mut first = noted.lock().unwrap_or_else(PoisonError::into_inner);
+            first.get_or_insert_with(|| error.to_string());
+        }));
         let timestamp_period_ns = features
             .contains(wgpu::Features::TIMESTAMP_QUERY)
             .then(|| queue.get_timestamp_period());
@@ -249,6 +259,7 @@ impl GpuDevice {
             info,
             raw,
             timestamp_period_ns,
+            fault,
             _adapter: adapter,
             _instance: instance,
         })
@@ -257,15 +268,24 @@ impl GpuDevice {
     /// Waits until all submitted work is done.
     ///
     /// # Errors
-    /// [`GpuError::Failed`] when the device is lost; `during` names the work.
+    /// [`GpuError::Failed`] when the device is lost, out of memory or refused a call; `during` names the work.
     pub fn wait(&self, during: &str) -> Result<(), GpuError> {
+        let failed = |reason: String| GpuError::Failed {
+            during: during.into(),
+            reason,
+        };
         self.device
             .poll(wgpu::PollType::wait_indefinitely())
-            .map(|_| ())
-            .map_err(|error| GpuError::Failed {
-                during: during.into(),
-                reason: error.to_string(),
-            })
+            .map_err(|error| failed(error.to_string()))?;
+        match self
+            .fault
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+        {
+            Some(reason) => Err(failed(reason)),
+            None => Ok(()),
+        }
     }
 }
 

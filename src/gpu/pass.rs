@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use std::time::Instant;
-
 use bytemuck::Pod;
 
 use super::device::{GpuDevice, GpuError};
@@ -218,12 +216,22 @@ pub struct BoundKernel {
 /// Most workgroups in one dimension of a dispatch (WebGPU's default limit, the smallest that Vulkan guarantees).
 pub const WORKGROUPS_PER_DIMENSION: u32 = 65_535;
 
+/// How many threads a dispatch has.
+#[derive(Clone, Copy, Debug)]
+pub enum Threads<'a> {
+    /// As many, rounded up to whole workgroups.
+    Count(u32),
+    /// As many workgroups as the device wrote into this buffer (three counts, made by [`super::resources::dispatch_counts`]).
+    OnDevice(&'a wgpu::Buffer),
+}
+
 /// Records work for the device, each group of dispatches under a name that shows in the timings, and submits it in portions: a
 /// submission that takes seconds would freeze a desktop, or be taken for a hang.
 pub struct Recorder<'a> {
     gpu: &'a GpuDevice,
     encoder: wgpu::CommandEncoder,
     timer: &'a mut PassTimer,
+    failed: Option<GpuError>,
 }
 
 impl<'a> Recorder<'a> {
@@ -234,6 +242,7 @@ impl<'a> Recorder<'a> {
             gpu,
             encoder,
             timer,
+            failed: None,
         }
     }
 
@@ -249,19 +258,25 @@ impl<'a> Recorder<'a> {
 
     /// One timed pass of several dispatches, each with its count of threads. Dispatches see the writes of those before them.
     pub fn pass(&mut self, name: &'static str, dispatches: &[(&BoundKernel, u32)]) {
-        if self.timer.waits() {
-            // What was recorded before is not this pass' time.
-            self.submit_and_wait();
-            let started = Instant::now();
-            self.record_pass(name, dispatches);
-            self.submit_and_wait();
-            self.timer.waited(name, started);
-        } else {
-            self.record_pass(name, dispatches);
-        }
+        let dispatches: Vec<_> = dispatches
+            .iter()
+            .map(|(kernel, threads)| (*kernel, Threads::Count(*threads)))
+            .collect();
+        self.pass_of(name, &dispatches);
     }
 
-    fn record_pass(&mut self, name: &'static str, dispatches: &[(&BoundKernel, u32)]) {
+    /// As [`Recorder::pass`], with counts that may be known to the device only.
+    pub fn pass_of(&mut self, name: &'static str, dispatches: &[(&BoundKernel, Threads<'_>)]) {
+        if self.timer.waits_before(name) {
+            self.submit();
+            // What fails here is kept for `finish`.
+            self.failed = self.failed.take().or(self.gpu.wait("rendering").err());
+            self.timer.starts(name);
+        }
+        self.record_pass(name, dispatches);
+    }
+
+    fn record_pass(&mut self, name: &'static str, dispatches: &[(&BoundKernel, Threads<'_>)]) {
         let timestamp_writes = self.timer.compute_writes(name);
         let mut pass = self
             .encoder
@@ -270,24 +285,21 @@ impl<'a> Recorder<'a> {
                 timestamp_writes,
             });
         for (kernel, threads) in dispatches {
-            let groups = threads.div_ceil(kernel.workgroup_size[0]);
-            if groups == 0 {
-                continue;
-            }
             pass.set_pipeline(&kernel.pipeline);
             for (index, group) in kernel.groups.iter().enumerate() {
                 pass.set_bind_group(index as u32, group, &[]);
             }
-            // Shaders number their workgroups row by row (shaders/threads.wgsl).
-            let rows = groups.div_ceil(WORKGROUPS_PER_DIMENSION);
-            pass.dispatch_workgroups(groups.min(WORKGROUPS_PER_DIMENSION), rows, 1);
+            match threads {
+                Threads::Count(0) => {}
+                Threads::Count(threads) => {
+                    let groups = threads.div_ceil(kernel.workgroup_size[0]);
+                    // Shaders number their workgroups row by row (shaders/threads.wgsl).
+                    let rows = groups.div_ceil(WORKGROUPS_PER_DIMENSION);
+                    pass.dispatch_workgroups(groups.min(WORKGROUPS_PER_DIMENSION), rows, 1);
+                }
+                Threads::OnDevice(workgroups) => pass.dispatch_workgroups_indirect(workgroups, 0),
+            }
         }
-    }
-
-    fn submit_and_wait(&mut self) {
-        self.submit();
-        // A lost device shows in `finish`, which waits too.
-        let _ = self.gpu.wait("rendering");
     }
 
     /// Submits what was recorded so far and goes on.
@@ -306,6 +318,9 @@ impl<'a> Recorder<'a> {
         self.timer.resolve(&mut self.encoder);
         self.gpu.queue.submit([self.encoder.finish()]);
         self.gpu.wait("rendering")?;
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
         self.timer.read(self.gpu)
     }
 }

@@ -55,6 +55,16 @@ pub fn storage_with<T: Pod>(
     Ok(buffer)
 }
 
+/// Three counts of workgroups that a shader writes and a later dispatch reads.
+pub fn dispatch_counts(gpu: &GpuDevice, name: &str) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(name),
+        size: 16,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
+        mapped_at_creation: false,
+    })
+}
+
 /// A uniform buffer for one `T`.
 pub fn uniform<T: Pod>(gpu: &GpuDevice, name: &str) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {

@@ -23,6 +23,8 @@ pub struct PassTimer {
     /// Passes timed so far: with timestamps, in the order of the queries; by the wall clock, with their times.
     names: Vec<&'static str>,
     walls_ms: Vec<f64>,
+    /// By the wall clock: the passes at work and when they started.
+    running: Option<(&'static str, Instant)>,
 }
 
 enum Source {
@@ -35,7 +37,7 @@ enum Source {
     Nothing,
 }
 
-/// Passes that can be timed by timestamps in one frame; more run untimed.
+/// Passes that can be timed by timestamps in one frame: WebGPU's largest query set. More run untimed, and a warning says so.
 const CAPACITY: u32 = 2048;
 
 impl PassTimer {
@@ -63,6 +65,7 @@ impl PassTimer {
             source,
             names: Vec::new(),
             walls_ms: Vec::new(),
+            running: None,
         }
     }
 
@@ -76,6 +79,11 @@ impl PassTimer {
         };
         let index = self.names.len() as u32;
         if index >= CAPACITY {
+            if index == CAPACITY {
+                tracing::warn!(
+                    "more than {CAPACITY} passes in a frame: the last ones are not timed"
+                );
+            }
             return None;
         }
         self.names.push(name);
@@ -86,15 +94,23 @@ impl PassTimer {
         })
     }
 
-    /// Whether passes are timed by waiting for each.
-    pub(super) fn waits(&self) -> bool {
+    /// Whether a pass of that name is timed by waiting for what came before: it is the first of its name in a row.
+    pub(super) fn waits_before(&self, name: &'static str) -> bool {
         matches!(self.source, Source::WallClock)
+            && self.running.is_none_or(|(running, _)| running != name)
     }
 
-    /// Notes a pass that was submitted at `started` and waited for.
-    pub(super) fn waited(&mut self, name: &'static str, started: Instant) {
-        self.names.push(name);
-        self.walls_ms.push(started.elapsed().as_secs_f64() * 1e3);
+    /// Notes that all passes before are done and that those named `name` start.
+    pub(super) fn starts(&mut self, name: &'static str) {
+        self.stop();
+        self.running = Some((name, Instant::now()));
+    }
+
+    fn stop(&mut self) {
+        if let Some((name, started)) = self.running.take() {
+            self.names.push(name);
+            self.walls_ms.push(started.elapsed().as_secs_f64() * 1e3);
+        }
     }
 
     /// Records the copy that makes the timestamps readable; call it after the last pass of the frame.
@@ -111,6 +127,7 @@ impl PassTimer {
     /// # Errors
     /// [`GpuError::Failed`] when the device is lost.
     pub fn read(&mut self, gpu: &GpuDevice) -> Result<Vec<PassTime>, GpuError> {
+        self.stop();
         let names = std::mem::take(&mut self.names);
         let walls_ms = std::mem::take(&mut self.walls_ms);
         let all_ms: Vec<f64> = match &self.source {

@@ -1,7 +1,9 @@
 //! Photon tracing: wavefronts of paths, batch by batch, into an unsorted store.
 
 use crate::gpu::layout::{Photon, PhotonCounters, PhotonPath, TraceUniform};
-use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, Resources, UniformSequence};
+use crate::gpu::pass::{
+    BoundKernel, Constants, Kernel, Recorder, Resources, Threads, UniformSequence,
+};
 use crate::gpu::resources::{self, SplitArray};
 use crate::gpu::shader::stages;
 use crate::gpu::{GpuDevice, GpuError};
@@ -10,6 +12,9 @@ use crate::scene::gpu_scene::GpuScene;
 
 /// Paths in a workgroup of photon_bounce and photon_append.
 const GROUP: u32 = 64;
+
+/// Fewest batches in which a map is traced.
+const BATCHES_MIN: u32 = 8;
 
 /// What one map's photons are traced with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +40,10 @@ pub struct PhotonTracer {
     bounce: [BoundKernel; 2],
     append: [BoundKernel; 2],
     count: BoundKernel,
-    offsets: BoundKernel,
+    offsets: [BoundKernel; 2],
     commit: BoundKernel,
+    /// Workgroups of even and odd bounces.
+    dispatches: [wgpu::Buffer; 2],
     batch: u32,
     path_count_max: u32,
     depth_max: u32,
@@ -55,7 +62,10 @@ impl PhotonTracer {
         constants: &Constants,
     ) -> Result<Self, GpuError> {
         let photon = &params.photon;
-        let batch = photon.batch.min(photon.count.max(1));
+        // At least eight batches: what does not fit the map is then an eighth at most, not all.
+        let batch = photon
+            .batch
+            .min(photon.count.div_ceil(BATCHES_MIN).max(GROUP));
         let capacity_wanted = f64::from(photon.count) * f64::from(photon.stored_per_path);
         // One batch always fits: a map that holds nothing would be no use.
         let capacity = capacity_wanted
@@ -80,6 +90,8 @@ impl PhotonTracer {
             resources::storage::<[u32; 2]>(gpu, "group_counts", u64::from(batch.div_ceil(GROUP)))?;
         let wave = resources::storage::<[u32; 4]>(gpu, "wave", 1)?;
 
+        let dispatches =
+            ["dispatch (even)", "dispatch (odd)"].map(|name| resources::dispatch_counts(gpu, name));
         let shared = scene
             .resources()
             .with("tracing", uniforms.buffer())
@@ -95,6 +107,7 @@ impl PhotonTracer {
                 .clone()
                 .with("paths", &path_sides[side])
                 .with("next_paths", &path_sides[1 - side])
+                .with("next_dispatch", &dispatches[1 - side])
         };
         let kernel = |stage| Kernel::new(gpu, stage, constants, &size_of_name);
         let both_sides = |kernel: &Kernel| -> Result<[BoundKernel; 2], GpuError> {
@@ -104,12 +117,14 @@ impl PhotonTracer {
             ])
         };
         Ok(Self {
-            emit: kernel(stages::photon_emit)?.bind(gpu, &on_side(0))?,
+            emit: kernel(stages::photon_emit)?
+                .bind(gpu, &on_side(0).with("next_dispatch", &dispatches[0]))?,
             bounce: both_sides(&kernel(stages::photon_bounce)?)?,
             append: both_sides(&kernel(stages::photon_append)?)?,
             count: kernel(stages::photon_count)?.bind(gpu, &shared)?,
-            offsets: kernel(stages::photon_offsets)?.bind(gpu, &shared)?,
+            offsets: both_sides(&kernel(stages::photon_offsets)?)?,
             commit: kernel(stages::photon_commit)?.bind(gpu, &shared)?,
+            dispatches,
             uniforms,
             counters,
             positions,
@@ -165,24 +180,25 @@ impl PhotonTracer {
         // The values are read by copies of this and later submissions: finish with the old ones first.
         recorder.submit();
         self.uniforms.write(recorder.gpu(), &values);
+        const NAME: &str = "photon tracing";
         for (index, value) in values.iter().enumerate() {
             self.uniforms.select(recorder, index as u32);
             let side = (value.bounce % 2) as usize;
-            let threads = value.path_count;
             if value.bounce == 0 {
-                recorder.pass("photon emission", &[(&self.emit, threads)]);
+                recorder.pass(NAME, &[(&self.emit, value.path_count)]);
             }
-            recorder.pass("photon bounces", &[(&self.bounce[side], threads)]);
-            recorder.pass(
-                "photon storing",
+            let alive = Threads::OnDevice(&self.dispatches[side]);
+            recorder.pass_of(
+                NAME,
                 &[
-                    (&self.count, threads),
-                    (&self.offsets, 1),
-                    (&self.append[side], threads),
+                    (&self.bounce[side], alive),
+                    (&self.count, alive),
+                    (&self.offsets[side], Threads::Count(1)),
+                    (&self.append[side], alive),
                 ],
             );
             if value.bounce + 1 == depth_max {
-                recorder.pass("photon storing", &[(&self.commit, 1)]);
+                recorder.pass(NAME, &[(&self.commit, 1)]);
                 recorder.submit();
             }
         }

@@ -62,6 +62,8 @@ pub struct TechniqueEntry {
     pub name: &'static str,
     /// One line for help and reports.
     pub about: &'static str,
+    /// The passes of a frame as the timings name them, in order.
+    pub passes: &'static [&'static str],
     /// Prepares it for a scene and an image size.
     pub start: StartTechnique,
 }
@@ -75,6 +77,7 @@ pub const REGISTRY: &[TechniqueEntry] = &[
     TechniqueEntry {
         name: "pm-direct",
         about: "photon mapping, direct light by shadow rays",
+        passes: pm::PASSES,
         start: |gpu, scene, params, size| {
             pm::PhotonMapping::start(gpu, scene, params, size, pm::DirectLight::ShadowRays)
         },
@@ -82,6 +85,7 @@ pub const REGISTRY: &[TechniqueEntry] = &[
     TechniqueEntry {
         name: "pm",
         about: "photon mapping, all light from photon density, as in the papers",
+        passes: pm::PASSES,
         start: |gpu, scene, params, size| {
             pm::PhotonMapping::start(gpu, scene, params, size, pm::DirectLight::Photons)
         },

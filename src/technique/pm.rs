@@ -20,6 +20,16 @@ pub enum DirectLight {
     ShadowRays,
 }
 
+/// The passes of a frame, as the timings name them.
+pub const PASSES: &[&str] = &[
+    "photon tracing",
+    "photon sorting",
+    "visible points",
+    "direct light",
+    "density estimate",
+    "resolve",
+];
+
 /// `pm` and `pm-direct`.
 pub struct PhotonMapping {
     tracer: PhotonTracer,

@@ -37,6 +37,16 @@ pub enum EndReason {
     },
 }
 
+impl std::fmt::Display for EndReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Exit => "asked to end",
+            Self::SessionLost => "the session was lost: check the headset and start again",
+            Self::InstanceLost { .. } => "the runtime went away: start it and try again",
+        })
+    }
+}
+
 /// What [`XrApp::next_frame`] came back with.
 #[derive(Debug)]
 pub enum Step {
