@@ -98,7 +98,7 @@ fn a_replay_leaves_pictures_a_table_a_report_and_what_made_them() {
         assert_eq!(number(row, "photons_dropped"), 0.0);
         assert!(number(row, "photons_stored") > 0.0);
         assert!(number(row, "wall_ms") > 0.0);
-        for column in ["photon_bounces_ms", "visible_points_ms", "resolve_ms"] {
+        for column in ["photon_tracing_ms", "visible_points_ms", "resolve_ms"] {
             assert!(number(row, column) >= 0.0, "{column}");
         }
     }
