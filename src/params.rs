@@ -5,6 +5,7 @@
 
 use std::fmt;
 
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 /// What is wrong with a parameter that a person gave.
@@ -63,7 +64,7 @@ fn hint(nearest: &Option<&'static str>) -> String {
 }
 
 /// What a person reads about one knob.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Knob {
     /// `room.name`.
     pub key: &'static str,

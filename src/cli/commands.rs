@@ -44,7 +44,7 @@ impl Command {
             Self::Inspect(args) => inspect::run(args, globals),
             Self::Session(args) => session::run(args, globals),
             Self::Doctor(args) => doctor::run(args, globals),
-            Self::Help(args) => help::run(args),
+            Self::Help(args) => help::run(args, globals),
         }
     }
 }
@@ -52,8 +52,7 @@ impl Command {
 /// Parses the command line, runs it, and says what failed.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let filter = tracing_subscriber::EnvFilter::try_new(&cli.globals.log);
-    let Ok(filter) = filter else {
+    let Ok(level) = cli.globals.log.parse::<tracing::Level>() else {
         eprintln!(
             "error: --log takes error, warn, info, debug or trace, not `{}`",
             cli.globals.log
@@ -61,7 +60,7 @@ pub fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     tracing_subscriber::fmt()
-        .with_env_filter(filter)
+        .with_max_level(level)
         .with_writer(std::io::stderr)
         .without_time()
         .init();

@@ -1,6 +1,8 @@
 //! `macula help`: the commands, one of them, or the parameters.
 
-use super::{CliError, CliResult, commands};
+use serde_json::json;
+
+use super::{CliError, CliResult, Globals, commands};
 use crate::params::Params;
 
 /// Explain a command, or list every parameter with `help params`.
@@ -15,10 +17,11 @@ pub struct Args {
 ///
 /// # Errors
 /// There is no such topic.
-pub fn run(args: Args) -> CliResult {
+pub fn run(args: Args, globals: &Globals) -> CliResult {
     let mut command = commands::command();
     match args.topic.as_deref() {
         None => println!("{}", command.render_long_help()),
+        Some("params") if globals.json => println!("{}", json!({ "params": Params::knobs() })),
         Some("params") => print_params(),
         Some(topic) => match command.find_subcommand_mut(topic) {
             Some(found) => println!("{}", found.render_long_help()),

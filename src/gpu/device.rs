@@ -82,8 +82,12 @@ pub enum GpuError {
     },
 }
 
-pub(super) fn vulkan_error(call: &'static str) -> impl Fn(vk::Result) -> GpuError {
-    move |result| GpuError::Vulkan { call, result }
+/// What a failed Vulkan call means. A loader that finds no driver makes no instance.
+pub(crate) fn vulkan_error(call: &'static str) -> impl Fn(vk::Result) -> GpuError {
+    move |result| match result {
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoDevice,
+        _ => GpuError::Vulkan { call, result },
+    }
 }
 
 /// Who makes the Vulkan instance and device.

@@ -10,6 +10,7 @@ use wgpu::hal;
 use wgpu::hal::vulkan::Api as Vulkan;
 
 use super::{XrError, failed};
+use crate::gpu::device::vulkan_error;
 use crate::gpu::{GpuDevice, GpuError, VulkanMaker};
 
 /// Where the OpenXR functions come from. Everything after [`Runtime::entry`] is the same for both.
@@ -109,10 +110,7 @@ fn refused(call: &'static str) -> impl Fn(sys::Result) -> GpuError {
 }
 
 fn vulkan_refused(call: &'static str) -> impl Fn(i32) -> GpuError {
-    move |result| GpuError::Vulkan {
-        call,
-        result: vk::Result::from_raw(result),
-    }
+    move |result| vulkan_error(call)(vk::Result::from_raw(result))
 }
 
 impl VulkanMaker for RuntimeVulkan<'_> {
