@@ -71,7 +71,7 @@ impl GpuGeometry {
     fn append_nodes(&mut self, bvh: &MeshBvh, first_triangle: u32) -> u32 {
         let header = self.bvh_nodes.len() as u32 / 2;
         let nodes = &bvh.bvh.nodes;
-        let grid = BoundsGrid::over(nodes.first().map_or(Aabb::EMPTY, |root| bounds_of(root)));
+        let grid = BoundsGrid::over(nodes.first().map_or(Aabb::EMPTY, bounds_of));
         self.bvh_nodes.extend(grid.header());
         self.bvh_nodes.extend([[0; 4]; 2]);
         if nodes.is_empty() {
