@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use crate::fovea::{Fixation, FixationParams, Regions};
 use crate::gather::{EyeImage, EyeSettings};
@@ -94,7 +94,7 @@ impl<'a> FrameRenderer<'a> {
             caster,
             on_gpu,
             params: params.clone(),
-            scene_from_local: viewer_place(scene),
+            scene_from_local: viewer_place(scene, params),
             gaze: GazeSource::live(gaze_params(params)),
             technique,
             images: [image()?, image()?],
@@ -220,18 +220,26 @@ fn gaze_params(params: &Params) -> GazeParams {
     }
 }
 
-/// Where the play space lies in the scene: at the file's first camera, upright, turned as it is; in the middle without one.
-fn viewer_place(scene: &Scene) -> Pose {
-    let Some(camera) = scene.cameras.first() else {
-        return Pose {
+/// Where the play space lies in the scene: at the file's first camera (or in the middle without one), upright, turned as it is, and
+/// from there as the viewer parameters say.
+fn viewer_place(scene: &Scene, params: &Params) -> Pose {
+    let at_camera = scene.cameras.first().map_or(
+        Pose {
             position_m: scene.bounds.center(),
             ..Pose::IDENTITY
-        };
-    };
-    let ahead = camera.pose.orientation * Vec3::NEG_Z;
-    let yaw_rad = f32::atan2(-ahead.x, -ahead.z);
-    Pose {
-        orientation: glam::Quat::from_rotation_y(yaw_rad),
-        position_m: camera.pose.position_m,
-    }
+        },
+        |camera| {
+            let ahead = camera.pose.orientation * Vec3::NEG_Z;
+            let yaw_rad = f32::atan2(-ahead.x, -ahead.z);
+            Pose {
+                orientation: Quat::from_rotation_y(yaw_rad),
+                position_m: camera.pose.position_m,
+            }
+        },
+    );
+    let viewer = &params.viewer;
+    at_camera.compose(Pose {
+        orientation: Quat::from_rotation_y(viewer.yaw_deg.to_radians()),
+        position_m: Vec3::new(viewer.right_m, viewer.up_m, -viewer.forward_m),
+    })
 }

@@ -237,6 +237,17 @@ knobs! {
         /// Gather radius in the periphery, in foveal radii.
         periphery_radius_scale: f32 = 1.0, 1.0, 8.0, "1", "as in the transition";
     }
+    /// Where the session's play space lies in the scene, seen from the file's first camera (upright, turned as it is).
+    viewer: Viewer {
+        /// To the right of the camera.
+        right_m: f32 = 0.0, -1e6, 1e6, "m", "at the camera";
+        /// Above the camera.
+        up_m: f32 = 0.0, -1e6, 1e6, "m", "at the camera";
+        /// Ahead of the camera.
+        forward_m: f32 = 0.0, -1e6, 1e6, "m", "at the camera";
+        /// Turned to the left of the camera's direction, so that a recording that looks aside still looks at the scene.
+        yaw_deg: f32 = 0.0, -180.0, 180.0, "degrees", "as the camera looks";
+    }
     /// What stands in for a gaze that is lost or meets nothing.
     gaze: Gaze {
         /// How long the last fixation is held once the eyes are lost.
