@@ -17,7 +17,7 @@ test: ## Run every check: format, lints, tests, documentation
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo build --workspace --locked
-	cargo test --workspace --locked
+	cargo test --workspace --locked -- --show-output
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
 bench: setup ## Measure the kernels against native code, side by side

@@ -2,7 +2,7 @@
 // Light that photons bring to each visible point, estimated from their density on the surface.
 // Source: Jensen 1996, section 3.2, with an Epanechnikov kernel of two dimensions; normals are tested before a photon counts, so
 // that the far side of a thin wall stays dark. Where a wall cuts the disc, rays in the tangent plane find the polygon that is free:
-// photons beyond it don't count, and the kernel is normalised over it (the coverage of method.md, ARCHITECTURE.md "Gather").
+// photons beyond it don't count, and the kernel is normalised over it (ARCHITECTURE.md, "Gather").
 // Limits: a photon counts only within `flatness` radii of the tangent plane; what lies whole inside the disc is not seen as a wall.
 
 /// Rays that look for walls; 0 leaves walls out of account.

@@ -2,7 +2,7 @@
 // What the eye passes share: the eye, its gaze, the band of rows at work, and the visible points.
 // A visible point is where an eye path meets a surface whose reflected light is gathered. A pixel has two slots: the first vertex at
 // which a path could go two ways sends it both ways; later ones choose one way at random.
-// Regions: eccentricity is the true angle between a pixel's ray and the gaze ray (method.md; src/fovea/region.rs has the same formula).
+// Regions: eccentricity is the true angle between a pixel's ray and the gaze ray (src/fovea/region.rs has the same formula).
 
 struct EyeUniform {
   scene_from_view: array<vec4f, 3>,

@@ -1,7 +1,7 @@
 // The photon map as a sorted grid: photons lie in the order of their cell, cells in x-runs, so that three neighbours in x are one
 // contiguous run. Two classes of photons, each with its own grid and radius: global and caustic.
 // Source: counting grid with 9 runs, measured against hash grids and boxes (ARCHITECTURE.md, "Gather").
-// Limits: 2^24 cells over both grids.
+// Limits: 2^22 cells over both grids (`CELLS_MAX` in src/photon/map.rs).
 
 struct PhotonGrid {
   origin: vec3f,

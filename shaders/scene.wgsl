@@ -1,5 +1,5 @@
 // The scene as every dispatch sees it: geometry, materials, textures, moving objects and lights, in scene space (metres).
-// Laid out by src/scene/upload.rs; tests/shader_layout.rs compares the structs with the host's.
+// Laid out by src/scene/gpu_scene.rs; tests/shader_layout.rs compares the structs with the host's.
 
 override HAS_OBJECTS: bool = true;
 override HAS_TEXTURES: bool = true;

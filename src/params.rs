@@ -183,7 +183,7 @@ knobs! {
         /// Paths emitted a pass of `render`, or a frame of a session.
         count: u32 = 200_000, 0, 64_000_000, "paths", "what two CPU cores trace in about half a second; FPM's tables use 2 to 4 million on a GPU";
         /// Most surfaces that a path meets, the first included.
-        depth_max: u32 = 32, 1, 128, "surfaces", "at an albedo of 0.8 all but 0.1 % of the light; FPM section 5 stops at 8";
+        depth_max: u32 = 32, 1, 128, "surfaces", "at an albedo of 0.8 all but 0.1 % of the light; FPM section 4.1 stops at 8";
         /// Paths traced at once; a map that fills up drops whole batches, so a smaller batch drops less.
         batch: u32 = 65_536, 64, 1_048_576, "paths", "large enough to fill a GPU, small beside a map";
         /// Room in the map, in photons for each emitted path. A full map stops the emission; the rest is counted as dropped.
@@ -211,7 +211,7 @@ knobs! {
     /// Light straight from the lights.
     direct: Direct {
         /// Shadow rays a visible point.
-        shadow_rays: u32 = 2, 1, 256, "rays", "with 4 samples a pixel in the fovea: 8 rays a pixel";
+        shadow_rays: u32 = 4, 1, 256, "rays", "with 4 samples a pixel in the fovea: 16 rays a pixel, FPM's prototype needed 16 to 64";
         /// Candidates of which each shadow ray keeps one.
         candidates: u32 = 4, 1, 64, "candidates", "Talbot et al. 2005";
     }
@@ -223,7 +223,7 @@ knobs! {
     /// The regions around the gaze, and what each gets.
     fovea: Fovea {
         /// Half-angle of the fovea.
-        radius_deg: f32 = 9.78, 0.0, 180.0, "degrees", "FPM section 5";
+        radius_deg: f32 = 9.78, 0.0, 180.0, "degrees", "FPM section 4.1";
         /// Half-angle at which the transition ends and the periphery begins.
         transition_deg: f32 = 14.78, 0.0, 180.0, "degrees", "the fovea's radius and 5 degrees; FPM leaves it open";
         /// Samples a pixel in the fovea.

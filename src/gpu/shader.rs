@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// One compute entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stage {
-    /// Name of the pass in timings and statistics; also the file's stem in `shaders/` and the entry point.
+    /// The file's stem in `shaders/`, and the entry point.
     pub name: &'static str,
 }
 

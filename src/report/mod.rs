@@ -39,7 +39,7 @@ pub struct Report {
 /// One frame.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// The frame's number in the recording, as in the names of captured pictures.
+    /// The frame's number in this run, as in the names of captured pictures.
     pub index: u64,
     /// When it was displayed, XrTime in nanoseconds.
     pub display_time_ns: i64,

@@ -99,6 +99,9 @@ impl PunctualLight {
             }
         };
         let range_m = light.range().filter(|range| *range > 0.0);
+        if range_m.is_some() {
+            warnings.push(format!("{name} has a range; its light falls with the square of the distance all the way instead"));
+        }
         Some(Self {
             name: light.name().unwrap_or(node_name).to_owned(),
             node,

@@ -11,7 +11,7 @@ use super::warnings::Warnings;
 /// GGX alpha (roughness²) below which a lobe counts as perfectly smooth: narrower than any pixel's view of it, and beyond f32's reach.
 pub const SMOOTH_ALPHA: f32 = 1e-3;
 
-/// A metallic-roughness material with the extensions that macula reads; see `method.md`'s units in ARCHITECTURE.md.
+/// A metallic-roughness material with the extensions that macula reads (units: ARCHITECTURE.md, "Conventions").
 #[derive(Clone, Debug)]
 pub struct Material {
     /// Name in the file.
