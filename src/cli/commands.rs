@@ -74,7 +74,7 @@ pub fn main() -> ExitCode {
                 eprintln!("  caused by: {link}");
                 cause = link.source();
             }
-            ExitCode::FAILURE
+            ExitCode::from(if error.is_usage { 2 } else { 1 })
         }
     }
 }

@@ -71,9 +71,13 @@ pub fn params(globals: &Globals) -> Result<Params, CliError> {
         })?;
     }
     for assignment in &globals.set {
-        params.set_assignment(assignment)?;
+        params
+            .set_assignment(assignment)
+            .map_err(|error| CliError::from(error).in_arguments())?;
     }
-    Ok(params.checked()?)
+    params
+        .checked()
+        .map_err(|error| CliError::from(error).in_arguments())
 }
 
 /// The technique of that name.
@@ -87,6 +91,7 @@ pub fn technique(name: &str) -> Result<&'static TechniqueEntry, CliError> {
             "there is no technique `{name}`; there are: {}",
             names.join(", ")
         ))
+        .in_arguments()
     })
 }
 

@@ -28,6 +28,8 @@ pub struct CliError {
     pub message: String,
     /// What caused it, printed under the line, link by link.
     pub cause: Option<Box<dyn Error + Send + Sync>>,
+    /// Whether the arguments were wrong (exit code 2) rather than the work (1).
+    pub is_usage: bool,
 }
 
 impl CliError {
@@ -36,6 +38,7 @@ impl CliError {
         Self {
             message: message.into(),
             cause: None,
+            is_usage: false,
         }
     }
 
@@ -47,6 +50,15 @@ impl CliError {
         Self {
             message: message.into(),
             cause: Some(cause.into()),
+            is_usage: false,
+        }
+    }
+
+    /// The same error, because the arguments were wrong.
+    pub fn in_arguments(self) -> Self {
+        Self {
+            is_usage: true,
+            ..self
         }
     }
 }

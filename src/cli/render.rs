@@ -72,7 +72,9 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     let format = PictureFormat::of(&args.out)?;
     let mut params = common::params(globals)?;
     if let Some(photons) = args.photons {
-        params.set("photon.count", &photons.to_string())?;
+        params
+            .set("photon.count", &photons.to_string())
+            .map_err(|error| CliError::from(error).in_arguments())?;
     }
     if let Some(seed) = args.seed {
         params.set("random.seed", &seed.to_string())?;
@@ -82,7 +84,7 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         .seconds
         .is_some_and(|seconds| !(seconds > 0.0 && seconds.is_finite()))
     {
-        return Err(CliError::new("--seconds takes a positive number"));
+        return Err(CliError::new("--seconds takes a positive number").in_arguments());
     }
     let output = OutputFile::create(&args.out, globals.force)?;
     let interrupted = interrupt_flag()?;
@@ -197,7 +199,8 @@ impl PictureFormat {
             _ => Err(CliError::new(format!(
                 "{}: the picture's name must end in .exr or .png",
                 path.display()
-            ))),
+            ))
+            .in_arguments()),
         }
     }
 }
