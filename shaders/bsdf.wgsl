@@ -150,6 +150,12 @@ struct Scatter {
 
 const ABSORBED: Scatter = Scatter(vec3f(0.0), vec3f(0.0), false);
 
+/// Whether a scattered direction stays on the side of the real surface that its lobe means: an interpolated normal may tilt it through
+/// an opaque wall, and such light ends there.
+fn is_consistent(scatter: Scatter, geometric_normal: vec3f) -> bool {
+  return (dot(scatter.direction, geometric_normal) < 0.0) == scatter.is_refracted;
+}
+
 /// The half vector about which a lobe of sharpness `alpha` reflects or refracts, in scene space.
 fn half_vector_sample(n: vec3f, wo: vec3f, alpha: f32, u: vec2f) -> vec3f {
   if (alpha < MIRROR_ALPHA_MAX) { return n; }

@@ -2,10 +2,10 @@
 // Light that photons bring to each visible point, estimated from their density on the surface.
 // Source: Jensen 1996, section 3.2, with an Epanechnikov kernel of two dimensions; normals are tested before a photon counts, so
 // that the far side of a thin wall stays dark. Where a wall cuts the disc, rays in the tangent plane find the polygon that is free:
-// photons beyond it don't count, and the kernel is normalised over it (ARCHITECTURE.md, "Gather").
+// photons beyond it don't count, and the kernel is normalised over it (as for the surface records of the foveated prototype).
 // Limits: a photon counts only within `flatness` radii of the tangent plane; what lies whole inside the disc is not seen as a wall.
 
-/// Rays that look for walls; 0 leaves walls out of account.
+/// Rays that look for walls, 3 at least; 0 leaves walls out of account.
 override COVERAGE_RAYS: u32 = 12;
 const COVERAGE_RAYS_MAX: u32 = 32u;
 /// Height of these rays over the surface, in radii: clear of the curvature of what they start from.
@@ -31,7 +31,7 @@ struct Receiver {
 var<private> free_m: array<f32, COVERAGE_RAYS_MAX>;
 
 fn coverage_direction(tangents: mat3x3f, ray: u32) -> vec3f {
-  let angle = 2.0 * PI * f32(ray % COVERAGE_RAYS) / f32(COVERAGE_RAYS);
+  let angle = 2.0 * PI * f32(ray % max(COVERAGE_RAYS, 3u)) / f32(max(COVERAGE_RAYS, 3u));
   return tangents[0] * cos(angle) + tangents[1] * sin(angle);
 }
 
@@ -57,11 +57,11 @@ fn find_walls(position: vec3f, normal: vec3f, radius_m: f32) -> bool {
 /// The kernel's integral over the free polygon, as a share of its integral over the whole disc.
 fn covered_share(radius_m: f32) -> f32 {
   // A triangle with a corner in the middle and edges a, b at angle w holds sin(w)/2 |a||b| (1 - (a² + b² + ab cos(w)) / (6 r²)).
-  let w = 2.0 * PI / f32(COVERAGE_RAYS);
+  let w = 2.0 * PI / f32(max(COVERAGE_RAYS, 3u));
   var sum = 0.0;
   for (var ray = 0u; ray < COVERAGE_RAYS; ray++) {
     let a = min(free_m[ray], radius_m) / radius_m;
-    let b = min(free_m[(ray + 1u) % COVERAGE_RAYS], radius_m) / radius_m;
+    let b = min(free_m[(ray + 1u) % max(COVERAGE_RAYS, 3u)], radius_m) / radius_m;
     sum += 0.5 * sin(w) * a * b * (1.0 - (a * a + b * b + a * b * cos(w)) / 6.0);
   }
   return sum / (0.5 * PI);
@@ -70,11 +70,11 @@ fn covered_share(radius_m: f32) -> f32 {
 /// Whether a point of the disc lies in the free polygon.
 fn is_free(offset: vec3f, tangents: mat3x3f, radius_m: f32) -> bool {
   let p = vec2f(dot(offset, tangents[0]), dot(offset, tangents[1]));
-  let w = 2.0 * PI / f32(COVERAGE_RAYS);
+  let w = 2.0 * PI / f32(max(COVERAGE_RAYS, 3u));
   let turn = atan2(p.y, p.x) / w;
-  let ray = u32(floor(select(turn, turn + f32(COVERAGE_RAYS), turn < 0.0))) % COVERAGE_RAYS;
+  let ray = u32(floor(select(turn, turn + f32(COVERAGE_RAYS), turn < 0.0))) % max(COVERAGE_RAYS, 3u);
   let a = min(free_m[ray], radius_m) * vec2f(cos(w * f32(ray)), sin(w * f32(ray)));
-  let b = min(free_m[(ray + 1u) % COVERAGE_RAYS], radius_m) * vec2f(cos(w * f32(ray + 1u)), sin(w * f32(ray + 1u)));
+  let b = min(free_m[(ray + 1u) % max(COVERAGE_RAYS, 3u)], radius_m) * vec2f(cos(w * f32(ray + 1u)), sin(w * f32(ray + 1u)));
   let edge = b - a;
   return edge.x * (p.y - a.y) - edge.y * (p.x - a.x) >= 0.0;
 }

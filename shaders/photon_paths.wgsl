@@ -20,7 +20,7 @@ struct PhotonCounters {
   emitted: u32,          // paths whose photons are in the map: their count divides the flux
   dropped_paths: u32,    // paths of batches that were taken back
   dropped_photons: u32,
-  escaped: u32,          // paths that left the scene
+  padding: u32,
 }
 
 // What a bounce did, in `staged_flags`.

@@ -78,14 +78,15 @@ fn trace(first_ray: Ray, any: bool) -> Hit {
   var ray = first_ray;
   var passed_t = 0.0;
   for (var layer = 0u; layer < 64u; layer++) {
-    var hit = trace_geometry(ray, any);
-    if (hit.triangle == NO_TRIANGLE) { return hit; }
+    // The nearest, even for a shadow ray: what lies before a cut-out texel must not be jumped over.
+    var hit = trace_geometry(ray, false);
+    if (hit.triangle == NO_TRIANGLE) { break; }
     let surface = surface_at(hit, ray);
     if (!is_cut_out(surface)) { hit.t += passed_t; return hit; }
     passed_t += hit.t;
     ray = Ray(leave_surface(surface.position, surface.geometric_normal, ray.direction), ray.t_max - hit.t, ray.direction);
   }
-  return Hit(0.0, NO_TRIANGLE, STATIC_OBJECT);
+  return Hit(first_ray.t_max, NO_TRIANGLE, STATIC_OBJECT);
 }
 
 /// Whether something blocks the segment from `from_point` (already clear of its surface) over `distance_m` along `direction`.

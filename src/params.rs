@@ -348,6 +348,13 @@ impl Params {
                 rule: "it can't be smaller than fovea.radius_deg",
             });
         }
+        if matches!(self.gather.coverage_rays, 1 | 2) {
+            return Err(ParamError::Contradiction {
+                key: "gather.coverage_rays",
+                value: self.gather.coverage_rays.to_string(),
+                rule: "a polygon has 3 corners at least; 0 leaves walls out of account",
+            });
+        }
         Ok(self)
     }
 

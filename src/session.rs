@@ -1,6 +1,6 @@
 //! A session from its first frame to its last: poses and gaze from OpenXR into frames, pictures back. The runtime may be any.
 
-use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::frame::{FrameInput, FrameOutcome, FrameRenderer};
 use crate::gaze::{GazeRay, GazeSample};
@@ -31,20 +31,26 @@ pub struct SessionEnd {
     pub reason: EndReason,
 }
 
-/// Runs the session until the runtime ends it or `watch` breaks off; `watch` sees each frame after it was shown.
+/// Runs the session until the runtime ends it or `stop` is raised; `watch` sees each frame after it was shown.
 ///
 /// # Errors
 /// [`SessionError`]; the session is left in order all the same.
 pub fn run<E: std::error::Error + 'static>(
     app: &mut XrApp,
     renderer: &mut FrameRenderer<'_>,
-    mut watch: impl FnMut(&FrameInput, &FrameOutcome, &FrameRenderer<'_>) -> Result<ControlFlow<()>, E>,
+    stop: &AtomicBool,
+    mut watch: impl FnMut(&FrameInput, &FrameOutcome, &FrameRenderer<'_>) -> Result<(), E>,
 ) -> Result<SessionEnd, SessionError<E>> {
     let mut rendered = 0;
     let mut first_display_time_ns = None;
     let mut last_head = Pose::IDENTITY;
     let mut is_leaving = false;
     loop {
+        // Also while nothing is shown, or a headset that is off could not be left.
+        if stop.load(Ordering::SeqCst) && !is_leaving {
+            is_leaving = true;
+            app.request_exit()?;
+        }
         let frame = match app.next_frame()? {
             xr::Step::Frame(frame) => frame,
             xr::Step::Idle => continue,
@@ -76,14 +82,7 @@ pub fn run<E: std::error::Error + 'static>(
         let outcome = renderer.render(&input, targets)?;
         app.submit(*frame)?;
         rendered += 1;
-        if watch(&input, &outcome, renderer)
-            .map_err(SessionError::Watcher)?
-            .is_break()
-            && !is_leaving
-        {
-            is_leaving = true;
-            app.request_exit()?;
-        }
+        watch(&input, &outcome, renderer).map_err(SessionError::Watcher)?;
     }
 }
 

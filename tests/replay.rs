@@ -10,7 +10,6 @@ mod program;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -320,20 +319,26 @@ fn the_headset_shows_what_was_rendered_and_the_fovea_is_where_the_eye_looks() {
 
     let mut rendered: Vec<[Vec<u8>; 2]> = Vec::new();
     let mut sampled: Vec<Sampled> = Vec::new();
-    macula::session::run(&mut app, &mut renderer, |input, outcome, renderer| {
-        let images = renderer.images().each_ref();
-        rendered.push(images.map(|image| png::to_rgb8(&image.read(&gpu).unwrap(), 0.0)));
-        for (eye, image) in images.into_iter().enumerate() {
-            let sums: Vec<[f32; 4]> =
-                resources::read_back(&gpu, image.buffer(), u64::from(SIDE * SIDE)).unwrap();
-            let fov = input.local_from_eye[eye].fov;
-            sampled.push(Sampled {
-                counts: sums.iter().map(|sum| sum[3] as u32).collect(),
-                gaze_uv: fov.project(outcome.gaze_dir_in_eye[eye]).unwrap(),
-            });
-        }
-        Ok::<_, Infallible>(ControlFlow::Continue(()))
-    })
+    let stop = std::sync::atomic::AtomicBool::new(false);
+    macula::session::run(
+        &mut app,
+        &mut renderer,
+        &stop,
+        |input, outcome, renderer| {
+            let images = renderer.images().each_ref();
+            rendered.push(images.map(|image| png::to_rgb8(&image.read(&gpu).unwrap(), 0.0)));
+            for (eye, image) in images.into_iter().enumerate() {
+                let sums: Vec<[f32; 4]> =
+                    resources::read_back(&gpu, image.buffer(), u64::from(SIDE * SIDE)).unwrap();
+                let fov = input.local_from_eye[eye].fov;
+                sampled.push(Sampled {
+                    counts: sums.iter().map(|sum| sum[3] as u32).collect(),
+                    gaze_uv: fov.project(outcome.gaze_dir_in_eye[eye]).unwrap(),
+                });
+            }
+            Ok::<_, Infallible>(())
+        },
+    )
     .unwrap();
     assert_eq!(rendered.len(), 9);
 

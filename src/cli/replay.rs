@@ -1,11 +1,10 @@
 //! `macula replay`: a recorded session in a scene, frame by frame through OpenXR, with pictures and a report.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::collect::{CaptureFormat, Collector, FrameError, Heading};
@@ -137,11 +136,16 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     let mut collector = Collector::new(output.path(), args.capture, &params, frame_count)?;
     let progress = Progress::new("replaying", frame_count as u64, "frames");
     let rendering = Instant::now();
-    let end = session::run(&mut app, &mut renderer, |input, outcome, renderer| {
-        collector.add(&gpu, input, outcome, renderer)?;
-        progress.advance(1);
-        Ok::<_, FrameError>(stop_if(interrupted))
-    });
+    let end = session::run(
+        &mut app,
+        &mut renderer,
+        interrupted,
+        |input, outcome, renderer| {
+            collector.add(&gpu, input, outcome, renderer)?;
+            progress.advance(1);
+            Ok::<_, FrameError>(())
+        },
+    );
     drop(progress);
     record
         .timings_s
@@ -199,14 +203,6 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         globals,
     );
     Ok(())
-}
-
-fn stop_if(interrupted: &AtomicBool) -> ControlFlow<()> {
-    if interrupted.load(Ordering::SeqCst) {
-        ControlFlow::Break(())
-    } else {
-        ControlFlow::Continue(())
-    }
 }
 
 fn planned_frames(args: &Args, recording: &Session) -> Result<usize, CliError> {
@@ -267,8 +263,10 @@ fn heading(args: &Args, technique: &str, recording: &Session, scene: &Scene) -> 
         title: format!("{session} in {}", scene.name),
         subtitle: vec![
             format!("technique {technique}"),
-            format!("{}x{} pixels per eye", args.size.width, args.size.height),
-            format!("every {}. frame", args.every),
+            match args.every {
+                1 => "every frame of the recording".into(),
+                every => format!("one frame in {every} of the recording"),
+            },
         ],
     }
 }

@@ -162,7 +162,7 @@ shared_struct! {
         emitted: u32,
         dropped_paths: u32,
         dropped_photons: u32,
-        escaped: u32,
+        padding: u32,
     }
 }
 

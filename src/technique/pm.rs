@@ -156,7 +156,12 @@ impl Technique for PhotonMapping {
     fn statistics(&self, gpu: &GpuDevice) -> Result<Statistics, GpuError> {
         let counters = self.tracer.counters(gpu)?;
         let mut warnings = Vec::new();
-        if counters.dropped_paths > 0 {
+        if counters.dropped_paths > 0 && counters.emitted == 0 {
+            warnings.push(
+                "the photon map was too small for one batch of paths: there is no light from photons; raise photon.stored_per_path"
+                    .into(),
+            );
+        } else if counters.dropped_paths > 0 {
             warnings.push(format!(
                 "the photon map was full: {} of {} paths were left out and the others weighted up; raise photon.stored_per_path",
                 counters.dropped_paths,

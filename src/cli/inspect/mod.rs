@@ -14,6 +14,7 @@ use crate::scene::bvh::SceneCaster;
 use crate::scene::effects::{EffectReport, Effects};
 use crate::scene::gpu_geometry::GpuGeometry;
 use crate::scene::{Camera, Material, Mesh, PunctualLight, Scene, SceneError, Texture, Wrap};
+use crate::technique;
 
 /// Show what a scene file holds: triangles, lights, materials, motion, bounds, memory, and the effects it calls for with the reasons.
 #[derive(Clone, Debug, clap::Args)]
@@ -62,6 +63,8 @@ pub struct Inspection {
     pub memory: MemorySummary,
     /// What the shaders must be able to do, and why.
     pub effects: Vec<EffectReport>,
+    /// The passes that run for a frame, by technique.
+    pub passes: BTreeMap<&'static str, &'static [&'static str]>,
     /// What was left out or repaired.
     pub warnings: Vec<String>,
 }
@@ -194,6 +197,10 @@ impl Inspection {
             },
             memory: MemorySummary::of(&scene, &caster),
             effects: Effects::report(&scene),
+            passes: technique::REGISTRY
+                .iter()
+                .map(|entry| (entry.name, entry.passes))
+                .collect(),
             warnings: scene.warnings,
         })
     }

@@ -38,6 +38,12 @@ impl Inspection {
             "Effects",
             &self.effects.iter().map(effect).collect::<Vec<_>>(),
         );
+        let passes: Vec<_> = self
+            .passes
+            .iter()
+            .map(|(technique, passes)| row([technique, passes.join(", ").as_str()]))
+            .collect();
+        section(&mut text, "Passes", &passes);
         let warnings: Vec<_> = self.warnings.iter().map(|w| row([w.as_str()])).collect();
         section(&mut text, "Warnings", &warnings);
         text
