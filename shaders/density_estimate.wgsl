@@ -134,8 +134,9 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
 }
 
 @compute @workgroup_size(64)
-fn density_estimate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-  let slot = workgroup_number(group) * 64u + local;
+fn density_estimate(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
+  @builtin(local_invocation_index) local: u32) {
+  let slot = eye_thread(group, groups, local);
   if (slot >= 2u * band_pixel_count()) { return; }
   let point = visible_points_[slot];
   if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u) { return; }

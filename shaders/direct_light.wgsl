@@ -20,8 +20,9 @@ fn reflected(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f, light_kind: u32) -> vec
 }
 
 @compute @workgroup_size(64)
-fn direct_light(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-  let slot = workgroup_number(group) * 64u + local;
+fn direct_light(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
+  @builtin(local_invocation_index) local: u32) {
+  let slot = eye_thread(group, groups, local);
   if (slot >= 2u * band_pixel_count()) { return; }
   slot_radiance[slot] = vec4f(0.0);
   let point = visible_points_[slot];

@@ -29,6 +29,17 @@ struct EyeUniform {
 
 @group(1) @binding(0) var<uniform> eye: EyeUniform;
 
+/// Threads between which the device parts a dispatch in equal runs of workgroups; 1 on a GPU, which hands them out one by one.
+override RUNS: u32 = 1;
+
+/// The number of an eye pass' thread. On a software device neighbouring workgroups go to different runs: a bright, crowded lower half
+/// of the picture would else keep one core busy while the other waits. The host rounds the dispatch up to whole runs.
+fn eye_thread(group: vec3u, groups: vec3u, local: u32) -> u32 {
+  let number = workgroup_number(group);
+  let run_length = groups.x * groups.y / RUNS;
+  return ((number % run_length) * RUNS + number / run_length) * 64u + local;
+}
+
 fn band_pixel_count() -> u32 { return eye.size.x * eye.row_count; }
 
 /// Unit direction in view space through the image point `pixel` (in pixels, row 0 at the top).

@@ -6,8 +6,9 @@
 @group(1) @binding(6) var<storage, read_write> image: array<vec4f>;
 
 @compute @workgroup_size(64)
-fn resolve(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-  let band_pixel = workgroup_number(group) * 64u + local;
+fn resolve(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
+  @builtin(local_invocation_index) local: u32) {
+  let band_pixel = eye_thread(group, groups, local);
   if (band_pixel >= band_pixel_count()) { return; }
   let seen = seen_emission[band_pixel];
   let radiance = seen.rgb + slot_radiance[band_pixel].rgb + slot_radiance[band_pixel + band_pixel_count()].rgb;

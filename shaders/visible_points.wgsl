@@ -25,8 +25,9 @@ fn pick_way(likelihood: vec3f, u: f32) -> u32 {
 }
 
 @compute @workgroup_size(64)
-fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-  let band_pixel = workgroup_number(group) * 64u + local;
+fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
+  @builtin(local_invocation_index) local: u32) {
+  let band_pixel = eye_thread(group, groups, local);
   if (band_pixel >= band_pixel_count()) { return; }
   let pixel = vec2u(band_pixel % eye.size.x, eye.first_row + band_pixel / eye.size.x);
   visible_points_[band_pixel].throughput = vec3f(0.0);

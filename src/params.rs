@@ -211,7 +211,7 @@ knobs! {
     /// Light straight from the lights.
     direct: Direct {
         /// Shadow rays a visible point.
-        shadow_rays: u32 = 4, 1, 256, "rays", "with 4 samples a pixel in the fovea: 16 rays a pixel, FPM's prototype needed 16 to 64";
+        shadow_rays: u32 = 2, 1, 256, "rays", "with 4 samples a pixel in the fovea: 8 rays a pixel";
         /// Candidates of which each shadow ray keeps one.
         candidates: u32 = 4, 1, 64, "candidates", "Talbot et al. 2005";
     }

@@ -18,6 +18,8 @@ use crate::view::{Fov, View};
 
 /// Slots of visible points a pixel (shaders/eye.wgsl).
 const SLOTS: u32 = 2;
+/// Threads in a workgroup of the eye passes.
+const GROUP: u32 = 64;
 /// Most bytes that a band's visible points take.
 const BAND_BYTES: u64 = 64 << 20;
 
@@ -99,6 +101,8 @@ pub struct EyePass {
     height: u32,
     band_rows: u32,
     samples_max: u32,
+    /// See `RUNS` in eye.wgsl.
+    runs: u32,
 }
 
 impl EyePass {
@@ -133,7 +137,9 @@ impl EyePass {
             .with("seen_emission", &seen_emission)
             .with("slot_radiance", &slot_radiance);
         let size_of_name = |array: &str| scene.shader_size(array).unwrap_or(tracer.chunks());
-        let kernel = |stage| Kernel::new(gpu, stage, constants, &size_of_name);
+        let runs = gpu.equal_runs();
+        let constants = [constants, &[("RUNS", f64::from(runs))]].concat();
+        let kernel = |stage| Kernel::new(gpu, stage, &constants, &size_of_name);
         Ok(Self {
             visible_points: kernel(stages::visible_points)?.bind(gpu, &bound)?,
             direct_light: kernel(stages::direct_light)?.bind(gpu, &bound)?,
@@ -146,6 +152,7 @@ impl EyePass {
             height,
             band_rows,
             samples_max,
+            runs,
         })
     }
 
@@ -167,7 +174,7 @@ impl EyePass {
         recorder.submit();
         self.uniforms.write(gpu, &values);
         for (index, value) in values.iter().enumerate() {
-            let pixels = value.row_count * self.width;
+            let pixels = (value.row_count * self.width).next_multiple_of(GROUP * self.runs);
             self.uniforms.select(recorder, index as u32);
             recorder.pass("visible points", &[(&self.visible_points, pixels)]);
             recorder.pass("direct light", &[(&self.direct_light, pixels * SLOTS)]);

@@ -265,6 +265,17 @@ impl GpuDevice {
         })
     }
 
+    /// Into how many equal runs of workgroups the device parts a dispatch, one for each of its threads: a software driver uses all
+    /// processors that way; a GPU hands workgroups out one by one, which counts as 1.
+    pub fn equal_runs(&self) -> u32 {
+        match self.info.device_type {
+            wgpu::DeviceType::Cpu => {
+                std::thread::available_parallelism().map_or(1, |count| count.get().min(64) as u32)
+            }
+            _ => 1,
+        }
+    }
+
     /// Waits until all submitted work is done.
     ///
     /// # Errors
