@@ -62,8 +62,8 @@ struct Object {
 @group(0) @binding(3) var<storage, read> texels: array<u32>;
 @group(0) @binding(4) var<storage, read> objects: array<Object>;
 @group(0) @binding(5) var<storage, read> object_nodes: array<vec4f>;
-//! split bvh_nodes: vec4u, read, 0, 16
-//! split triangle_positions: vec4f, read, 0, 32
+//! texel_array bvh_nodes: u32, 0, 16
+//! texel_array triangle_positions: f32, 0, 32
 //! split triangle_shading: vec4u, read, 0, 48
 //! split triangle_texcoords: vec2f, read, 0, 64
 

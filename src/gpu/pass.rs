@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use bytemuck::Pod;
 
 use super::device::{GpuDevice, GpuError};
+use super::resources::TexelArray;
 use super::shader::{self, BindingKind, Reflection, ShaderError, Stage};
 use super::timing::{PassTime, PassTimer};
 
@@ -162,24 +163,43 @@ impl Kernel {
 }
 
 fn layout_entry(binding: u32, kind: BindingKind) -> wgpu::BindGroupLayoutEntry {
+    let buffer = |ty| wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
     let ty = match kind {
-        BindingKind::Uniform => wgpu::BufferBindingType::Uniform,
-        BindingKind::StorageRead => wgpu::BufferBindingType::Storage { read_only: true },
-        BindingKind::StorageReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+        BindingKind::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+        BindingKind::StorageRead => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+        BindingKind::StorageReadWrite => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: false })
+        }
+        BindingKind::TexelArray {
+            is_float,
+            is_layered,
+        } => wgpu::BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::ReadOnly,
+            format: if is_float {
+                wgpu::TextureFormat::Rgba32Float
+            } else {
+                wgpu::TextureFormat::Rgba32Uint
+            },
+            view_dimension: if is_layered {
+                wgpu::TextureViewDimension::D2Array
+            } else {
+                wgpu::TextureViewDimension::D2
+            },
+        },
     };
     wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer {
-            ty,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
+        ty,
         count: None,
     }
 }
 
-/// Buffers by their names in WGSL.
+/// Buffers and textures by their names in WGSL.
 #[derive(Clone, Default)]
 pub struct Resources<'a> {
     by_name: BTreeMap<String, wgpu::BindingResource<'a>>,
@@ -190,6 +210,13 @@ impl<'a> Resources<'a> {
     pub fn with(mut self, name: &str, buffer: &'a wgpu::Buffer) -> Self {
         self.by_name
             .insert(name.to_owned(), buffer.as_entire_binding());
+        self
+    }
+
+    /// Adds an array in a texture under its name.
+    pub fn with_texel_array(mut self, array: &'a TexelArray) -> Self {
+        let view = wgpu::BindingResource::TextureView(array.view());
+        self.by_name.insert(array.name().to_owned(), view);
         self
     }
 

@@ -2,8 +2,8 @@
 //!
 //! A shader file names the shared modules that it builds on in a first line `//! use a, b`. WGSL does not care about the order of
 //! declarations, so composing is concatenating each module once. An array that may outgrow the device's largest binding is declared
-//! by a line `//! split ..` (see `split_declaration`) and reached through the accessors which that line generates; a constant that only
-//! the host knows by a line `//! size NAME`.
+//! by a line `//! split ..` (see `split_declaration`), one that lies in a texture by a line `//! texel_array ..`; both are reached
+//! through the accessors which that line generates. A constant that only the host knows is declared by a line `//! size NAME`.
 
 use std::collections::BTreeSet;
 
@@ -74,7 +74,7 @@ pub enum ShaderError {
 /// Puts a shader's source together from its file and the shared modules that it uses.
 ///
 /// `size_of_name` tells the sizes that are known only at run time: for an array declared by `//! split` into how many bindings it is
-/// cut, for a constant declared by `//! size` its value.
+/// cut, for one declared by `//! texel_array` how many layers it has, for a constant declared by `//! size` its value.
 ///
 /// # Errors
 /// [`ShaderError`] for an unknown module or an unreadable directive.
@@ -128,6 +128,15 @@ fn append_text(
                     line: line.to_owned(),
                 }
             })?;
+            source.push_str(&declaration);
+        } else if let Some(directive) = line.strip_prefix("//! texel_array ") {
+            let declaration =
+                texel_array_declaration(directive, size_of_name).ok_or_else(|| {
+                    ShaderError::BadDirective {
+                        module: name.to_owned(),
+                        line: line.to_owned(),
+                    }
+                })?;
             source.push_str(&declaration);
         } else if let Some(constant) = line.strip_prefix("//! size ") {
             source.push_str(&format!(
@@ -189,6 +198,43 @@ fn split_declaration(directive: &str, size_of_name: &dyn Fn(&str) -> u32) -> Opt
     Some(out)
 }
 
+/// log2 of the texels in a row, and of the rows in a layer, of an array that lies in a texture: half of WebGPU's default limit.
+pub const TEXEL_SHIFT: u32 = 12;
+
+/// Turns `NAME: COMPONENT, GROUP, BINDING` into a read-only storage texture of four components (f32 or u32) a texel, and the function
+/// `load_NAME(index)`.
+fn texel_array_declaration(directive: &str, size_of_name: &dyn Fn(&str) -> u32) -> Option<String> {
+    let (name, rest) = directive.split_once(':')?;
+    let name = name.trim();
+    let fields: Vec<&str> = rest.split(',').map(str::trim).collect();
+    let &[component, group, binding] = fields.as_slice() else {
+        return None;
+    };
+    let format = match component {
+        "f32" => "rgba32float",
+        "u32" => "rgba32uint",
+        _ => return None,
+    };
+    let mask = (1u32 << TEXEL_SHIFT) - 1;
+    let (texture, place) = if size_of_name(name) > 1 {
+        let layer = 2 * TEXEL_SHIFT;
+        let row = format!("(index >> {TEXEL_SHIFT}u) & {mask}u");
+        (
+            "texture_storage_2d_array",
+            format!("vec2u(index & {mask}u, {row}), index >> {layer}u"),
+        )
+    } else {
+        (
+            "texture_storage_2d",
+            format!("vec2u(index & {mask}u, index >> {TEXEL_SHIFT}u)"),
+        )
+    };
+    Some(format!(
+        "@group({group}) @binding({binding}) var {name}: {texture}<{format}, read>;\n\
+         fn load_{name}(index: u32) -> vec4<{component}> {{\n  return textureLoad({name}, {place});\n}}\n"
+    ))
+}
+
 /// A composed source, parsed and checked, with what its entry point binds.
 #[derive(Debug)]
 pub struct Reflection {
@@ -209,11 +255,11 @@ pub struct Binding {
     pub group: u32,
     /// `@binding`.
     pub binding: u32,
-    /// Uniform, storage read or storage read-write.
+    /// What kind of resource it is.
     pub kind: BindingKind,
 }
 
-/// What kind of buffer a binding is.
+/// What kind of resource a binding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
     /// `var<uniform>`.
@@ -222,6 +268,27 @@ pub enum BindingKind {
     StorageRead,
     /// `var<storage, read_write>`.
     StorageReadWrite,
+    /// `texture_storage_2d<.., read>`, or `texture_storage_2d_array` where it has layers.
+    TexelArray {
+        /// `rgba32float`, else `rgba32uint`.
+        is_float: bool,
+        /// Whether it has layers.
+        is_layered: bool,
+    },
+}
+
+fn texel_array_kind(ty: &naga::TypeInner) -> Option<BindingKind> {
+    match ty {
+        naga::TypeInner::Image {
+            arrayed,
+            class: naga::ImageClass::Storage { format, .. },
+            ..
+        } => Some(BindingKind::TexelArray {
+            is_float: *format == naga::StorageFormat::Rgba32Float,
+            is_layered: *arrayed,
+        }),
+        _ => None,
+    }
 }
 
 /// Parses and validates composed WGSL with the capabilities that macula's device asks for (none beyond WebGPU's own).
@@ -271,6 +338,7 @@ pub fn reflect(name: &str, source: &str, entry: &str) -> Result<Reflection, Shad
         .filter_map(|(_, variable)| {
             let slot = variable.binding?;
             let kind = match variable.space {
+                naga::AddressSpace::Handle => texel_array_kind(&module.types[variable.ty].inner)?,
                 naga::AddressSpace::Uniform => BindingKind::Uniform,
                 naga::AddressSpace::Storage { access }
                     if access.contains(naga::StorageAccess::STORE) =>

@@ -9,7 +9,7 @@ use super::light_table::{self, EmissiveTriangle};
 use super::{Aabb, Material, Scene, ScenePose, TextureRef};
 use crate::gpu::layout;
 use crate::gpu::pass::Resources;
-use crate::gpu::resources::{self, SplitArray};
+use crate::gpu::resources::{self, SplitArray, TexelArray};
 use crate::gpu::{GpuDevice, GpuError};
 
 /// Offset of rays from the surface that they leave, as a share of the scene's diagonal: some 40 times the rounding of a position.
@@ -24,8 +24,8 @@ pub struct GpuScene {
     objects: wgpu::Buffer,
     object_nodes: wgpu::Buffer,
     lights: wgpu::Buffer,
-    bvh_nodes: SplitArray,
-    triangle_positions: SplitArray,
+    bvh_nodes: TexelArray,
+    triangle_positions: TexelArray,
     triangle_shading: SplitArray,
     triangle_texcoords: SplitArray,
     /// Bounds over the whole animation.
@@ -94,9 +94,9 @@ impl GpuScene {
             })
             .collect();
         let light_capacity = scene.lights.len() + emissive.len();
-        let bvh_nodes = SplitArray::with(gpu, "bvh_nodes", &geometry.bvh_nodes)?;
+        let bvh_nodes = TexelArray::new(gpu, "bvh_nodes", &geometry.bvh_nodes)?;
         let triangle_positions =
-            SplitArray::with(gpu, "triangle_positions", &geometry.triangle_positions)?;
+            TexelArray::new(gpu, "triangle_positions", &geometry.triangle_positions)?;
         let triangle_shading =
             SplitArray::with(gpu, "triangle_shading", &geometry.triangle_shading)?;
         let triangle_texcoords =
@@ -152,15 +152,8 @@ impl GpuScene {
         ]
         .iter()
         .map(|buffer| buffer.size())
-        .chain(
-            [
-                &this.bvh_nodes,
-                &this.triangle_positions,
-                &this.triangle_shading,
-                &this.triangle_texcoords,
-            ]
-            .map(SplitArray::bytes),
-        )
+        .chain([&this.triangle_shading, &this.triangle_texcoords].map(SplitArray::bytes))
+        .chain([&this.bvh_nodes, &this.triangle_positions].map(TexelArray::bytes))
         .sum();
         this.set_pose(gpu, pose);
         Ok(this)
@@ -214,23 +207,20 @@ impl GpuScene {
 
     /// The buffers by their WGSL names.
     pub fn resources(&self) -> Resources<'_> {
-        [
-            &self.bvh_nodes,
-            &self.triangle_positions,
-            &self.triangle_shading,
-            &self.triangle_texcoords,
-        ]
-        .into_iter()
-        .fold(Resources::default(), |all, array| {
-            all.with_all(array.resources())
-        })
-        .with("scene", &self.uniform)
-        .with("materials", &self.materials)
-        .with("texture_uses", &self.texture_uses)
-        .with("texels", &self.texels)
-        .with("objects", &self.objects)
-        .with("object_nodes", &self.object_nodes)
-        .with("lights", &self.lights)
+        [&self.triangle_shading, &self.triangle_texcoords]
+            .into_iter()
+            .fold(Resources::default(), |all, array| {
+                all.with_all(array.resources())
+            })
+            .with_texel_array(&self.bvh_nodes)
+            .with_texel_array(&self.triangle_positions)
+            .with("scene", &self.uniform)
+            .with("materials", &self.materials)
+            .with("texture_uses", &self.texture_uses)
+            .with("texels", &self.texels)
+            .with("objects", &self.objects)
+            .with("object_nodes", &self.object_nodes)
+            .with("lights", &self.lights)
     }
 
     /// The scene's sizes that shaders are composed with (see [`crate::gpu::shader::compose`]); `None` for a name of others.
@@ -238,15 +228,14 @@ impl GpuScene {
         if name == "STACK_ENTRIES" {
             return Some(self.tree_depth);
         }
-        [
-            &self.bvh_nodes,
-            &self.triangle_positions,
-            &self.triangle_shading,
-            &self.triangle_texcoords,
-        ]
-        .into_iter()
-        .find(|split| split.name() == name)
-        .map(SplitArray::chunks)
+        let in_textures = [&self.bvh_nodes, &self.triangle_positions];
+        let in_buffers = [&self.triangle_shading, &self.triangle_texcoords];
+        in_textures
+            .map(|array| (array.name(), array.layers()))
+            .into_iter()
+            .chain(in_buffers.map(|array| (array.name(), array.chunks())))
+            .find(|(array, _)| *array == name)
+            .map(|(_, size)| size)
     }
 
     /// What the scene calls for.

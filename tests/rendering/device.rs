@@ -6,8 +6,8 @@ use macula::frame::regions;
 use macula::gather::{EyeImage, EyeSettings};
 use macula::gpu::layout::PhotonCounters;
 use macula::gpu::pass::{Kernel, Recorder, Resources};
-use macula::gpu::resources;
-use macula::gpu::shader::{CHUNK_SHIFT, Stage, compose_text};
+use macula::gpu::resources::{self, TexelArray};
+use macula::gpu::shader::{CHUNK_SHIFT, Stage, TEXEL_SHIFT, compose_text};
 use macula::gpu::timing::PassTimer;
 use macula::params::Params;
 use macula::photon::sort::{PrefixSum, RadixSort};
@@ -83,6 +83,54 @@ fn an_array_in_three_chunks_is_one_array() {
     let written: std::collections::BTreeSet<u32> = places.into_iter().collect();
     let nonzero = chunks.iter().flatten().filter(|value| **value != 0).count();
     assert_eq!(nonzero, written.len());
+}
+
+/// Reads vectors at `places` of an array in a texture.
+const FROM_A_TEXTURE: &str = "
+@group(0) @binding(0) var<storage, read> places: array<u32>;
+@group(0) @binding(1) var<storage, read_write> seen: array<vec4u>;
+//! texel_array vectors: u32, 0, 2
+
+@compute @workgroup_size(64)
+fn from_a_texture(@builtin(global_invocation_id) id: vec3u) {
+  if (id.x >= arrayLength(&places)) { return; }
+  seen[id.x] = load_vectors(places[id.x]);
+}
+";
+
+fn read_from_a_texture(count: u32, places: &[u32]) -> (u32, Vec<[u32; 4]>) {
+    let vectors: Vec<[u32; 4]> = (0..count).map(|i| [i, !i, 3 * i, i << 9]).collect();
+    let array = TexelArray::new(gpu(), "vectors", &vectors).unwrap();
+    let listed = resources::storage_with(gpu(), "places", places).unwrap();
+    let seen = resources::storage::<[u32; 4]>(gpu(), "seen", places.len() as u64).unwrap();
+    let bound = Resources::default()
+        .with("places", &listed)
+        .with("seen", &seen)
+        .with_texel_array(&array);
+    let source = compose_text("from_a_texture", FROM_A_TEXTURE, &|_| array.layers()).unwrap();
+    dispatch("from_a_texture", source, &bound, places.len() as u32);
+    let seen = resources::read_back(gpu(), &seen, places.len() as u64).unwrap();
+    (array.layers(), seen)
+}
+
+#[test]
+fn an_array_in_a_texture_reads_as_it_was_written_over_the_ends_of_rows_and_layers() {
+    let (row, layer) = (1u32 << TEXEL_SHIFT, 1u32 << (2 * TEXEL_SHIFT));
+    for (count, layers) in [
+        (1, 1),
+        (row, 1),
+        (3 * row + 5, 1),
+        (layer, 1),
+        (layer + row + 5, 2),
+    ] {
+        let places: Vec<u32> = [0, row, 2 * row, layer, layer + row, count]
+            .into_iter()
+            .flat_map(|border| (0..16u32).map(move |i| (border + i).saturating_sub(8)))
+            .filter(|place| *place < count)
+            .collect();
+        let expected: Vec<[u32; 4]> = places.iter().map(|i| [*i, !i, 3 * i, i << 9]).collect();
+        assert_eq!(read_from_a_texture(count, &places), (layers, expected));
+    }
 }
 
 /// Numbers without a pattern, the same every time.
