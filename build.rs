@@ -1,15 +1,30 @@
-//! Lets the binary tell which commit it was built from.
+//! Lets the binary tell which commit it was built from, and whether anything stood beside it.
 
 use std::process::Command;
 
 fn main() {
-    println!("cargo:rerun-if-changed=.git/HEAD");
-    println!("cargo:rerun-if-changed=.git/refs/heads");
-    let output = Command::new("git").args(["rev-parse", "HEAD"]).output();
-    if let Some(commit) = output.ok().filter(|output| output.status.success()) {
-        println!(
-            "cargo:rustc-env=MACULA_GIT_COMMIT={}",
-            String::from_utf8_lossy(&commit.stdout).trim()
-        );
+    for watched in [
+        ".git/HEAD",
+        ".git/index",
+        ".git/refs/heads",
+        "src",
+        "shaders",
+        "xr-sim/src",
+        "Cargo.toml",
+    ] {
+        println!("cargo:rerun-if-changed={watched}");
     }
+    if let Some(commit) = git(&["rev-parse", "HEAD"]) {
+        let is_dirty = git(&["status", "--porcelain", "--untracked-files=no"])
+            .is_some_and(|changes| !changes.is_empty());
+        let suffix = if is_dirty { "-dirty" } else { "" };
+        println!("cargo:rustc-env=MACULA_GIT_COMMIT={commit}{suffix}");
+    }
+}
+
+/// What a git command prints; nothing outside a repository.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok()?;
+    let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    output.status.success().then_some(text)
 }

@@ -1,15 +1,9 @@
-//! use eye, photon_paths, photon_map
+//! use eye, photon_paths, photon_map, coverage
 // Light that photons bring to each visible point, estimated from their density on the surface.
 // Source: Jensen 1996, section 3.2, with an Epanechnikov kernel of two dimensions; normals are tested before a photon counts, so
-// that the far side of a thin wall stays dark. Where a wall cuts the disc, rays in the tangent plane find the polygon that is free:
-// photons beyond it don't count, and the kernel is normalised over it (as for the surface records of the foveated prototype).
-// Limits: a photon counts only within `flatness` radii of the tangent plane; what lies whole inside the disc is not seen as a wall.
-
-/// Rays that look for walls, 3 at least; 0 leaves walls out of account.
-override COVERAGE_RAYS: u32 = 12;
-const COVERAGE_RAYS_MAX: u32 = 32u;
-/// Height of these rays over the surface, in radii: clear of the curvature of what they start from.
-const COVERAGE_HEIGHT: f32 = 0.1;
+// that the far side of a thin wall stays dark. Where only a part of the disc lies on the surface, photons beyond it don't count, and
+// the kernel is normalised over that part (shaders/coverage.wgsl).
+// Limits: a photon counts only within `flatness` radii of the tangent plane.
 
 @group(1) @binding(1) var<storage, read_write> visible_points_: array<VisiblePoint>;
 @group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
@@ -24,59 +18,7 @@ struct Receiver {
   geometric_normal: vec3f,
   wo: vec3f,
   bsdf: Bsdf,
-  is_cut: bool,          // a wall crosses the disc
-}
-
-/// How far it is to the next wall along each coverage ray, metres, where a wall cuts the disc.
-var<private> free_m: array<f32, COVERAGE_RAYS_MAX>;
-
-fn coverage_direction(tangents: mat3x3f, ray: u32) -> vec3f {
-  let angle = 2.0 * PI * f32(ray % max(COVERAGE_RAYS, 3u)) / f32(max(COVERAGE_RAYS, 3u));
-  return tangents[0] * cos(angle) + tangents[1] * sin(angle);
-}
-
-/// Looks for walls around a receiver: first along the square around the disc, and if one is met, along rays from the middle.
-fn find_walls(position: vec3f, normal: vec3f, radius_m: f32) -> bool {
-  if (COVERAGE_RAYS == 0u) { return false; }
-  let tangents = frame_around(normal);
-  let middle = position + normal * (COVERAGE_HEIGHT * radius_m);
-  var is_cut = false;
-  for (var side = 0u; side < 4u && !is_cut; side++) {
-    let along = tangents[side & 1u] * select(-1.0, 1.0, side < 2u);
-    let across = tangents[1u - (side & 1u)] * select(-1.0, 1.0, side == 0u || side == 3u);
-    is_cut = is_occluded(middle + (across - along) * radius_m, along, 2.0 * radius_m);
-  }
-  // A loop, not a branch: software drivers leave a loop that no receiver of a group needs.
-  let ray_count = select(0u, COVERAGE_RAYS, is_cut);
-  for (var ray = 0u; ray < ray_count; ray++) {
-    free_m[ray] = trace(Ray(middle, radius_m, coverage_direction(tangents, ray)), false).t;
-  }
-  return is_cut;
-}
-
-/// The kernel's integral over the free polygon, as a share of its integral over the whole disc.
-fn covered_share(radius_m: f32) -> f32 {
-  // A triangle with a corner in the middle and edges a, b at angle w holds sin(w)/2 |a||b| (1 - (a² + b² + ab cos(w)) / (6 r²)).
-  let w = 2.0 * PI / f32(max(COVERAGE_RAYS, 3u));
-  var sum = 0.0;
-  for (var ray = 0u; ray < COVERAGE_RAYS; ray++) {
-    let a = min(free_m[ray], radius_m) / radius_m;
-    let b = min(free_m[(ray + 1u) % max(COVERAGE_RAYS, 3u)], radius_m) / radius_m;
-    sum += 0.5 * sin(w) * a * b * (1.0 - (a * a + b * b + a * b * cos(w)) / 6.0);
-  }
-  return sum / (0.5 * PI);
-}
-
-/// Whether a point of the disc lies in the free polygon.
-fn is_free(offset: vec3f, tangents: mat3x3f, radius_m: f32) -> bool {
-  let p = vec2f(dot(offset, tangents[0]), dot(offset, tangents[1]));
-  let w = 2.0 * PI / f32(max(COVERAGE_RAYS, 3u));
-  let turn = atan2(p.y, p.x) / w;
-  let ray = u32(floor(select(turn, turn + f32(COVERAGE_RAYS), turn < 0.0))) % max(COVERAGE_RAYS, 3u);
-  let a = min(free_m[ray], radius_m) * vec2f(cos(w * f32(ray)), sin(w * f32(ray)));
-  let b = min(free_m[(ray + 1u) % max(COVERAGE_RAYS, 3u)], radius_m) * vec2f(cos(w * f32(ray + 1u)), sin(w * f32(ray + 1u)));
-  let edge = b - a;
-  return edge.x * (p.y - a.y) - edge.y * (p.x - a.x) >= 0.0;
+  is_cut: bool,          // a wall or an edge crosses the disc
 }
 
 /// The kernel's value for a photon, 0 where it does not count.
@@ -120,7 +62,7 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
         let photon = load_map_position(i);
         let flux = load_map_flux(i);
         var kernel = kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
-        if (receiver.is_cut && !is_free(photon.xyz - receiver.position, tangents, radius_m)) { kernel = 0.0; }
+        if (receiver.is_cut && !is_free(photon.xyz - receiver.position, tangents)) { kernel = 0.0; }
         let wi = unpack_direction(bitcast<u32>(photon.w));
         sum += flux.xyz * gathered_bsdf(receiver.bsdf, receiver.normal, receiver.wo, wi) * kernel;
       }
@@ -142,7 +84,7 @@ fn density_estimate(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups
   if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u) { return; }
   let scale = radius_scale_at(pixel_centre_eccentricity_rad(slot % band_pixel_count()));
   let geometric_normal = unpack_direction(point.packed_geometric_normal);
-  let is_cut = find_walls(point.position, geometric_normal, photon_map.global_radius_m * scale);
+  let is_cut = find_cut(point.position, geometric_normal, photon_map.global_radius_m * scale);
   let receiver = Receiver(point.position, unpack_direction(point.packed_normal), geometric_normal,
                           unpack_direction(point.packed_wo), bsdf_of(point), is_cut);
   let sum = gather(GLOBAL, receiver, photon_map.global_radius_m * scale)

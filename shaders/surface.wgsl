@@ -11,6 +11,15 @@ struct Surface {
   is_front: bool,            // the ray met the counter-clockwise side
 }
 
+/// Unit normal of the triangle that was hit, on its counter-clockwise side.
+fn hit_normal(hit: Hit) -> vec3f {
+  let edge1 = load_triangle_positions(hit.triangle * 3u + 1u).xyz;
+  let edge2 = load_triangle_positions(hit.triangle * 3u + 2u).xyz;
+  let normal = normalize(cross(edge1, edge2));
+  if (HAS_OBJECTS && hit.object != STATIC_OBJECT) { return affine_normal(objects[hit.object].object_from_scene, normal); }
+  return normal;
+}
+
 fn surface_at(hit: Hit, ray: Ray) -> Surface {
   let index = hit.triangle;
   let v0 = load_triangle_positions(index * 3u).xyz;
@@ -31,19 +40,16 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
 
   var surface: Surface;
   surface.position = v0 + b.x * edge1 + b.y * edge2;
-  surface.geometric_normal = normalize(cross(edge1, edge2));
+  surface.geometric_normal = hit_normal(hit);
   surface.shading_normal = surface.geometric_normal;
   // The high bit of the material word says that the triangle is flat.
   surface.material = shading.w & 0x7fffffffu;
   if ((shading.w & 0x80000000u) == 0u) {
     surface.shading_normal = normalize((1.0 - b.x - b.y) * unpack_direction(shading.x)
       + b.x * unpack_direction(shading.y) + b.y * unpack_direction(shading.z));
+    if (is_moving) { surface.shading_normal = affine_normal(objects[hit.object].object_from_scene, surface.shading_normal); }
   }
-  if (is_moving) {
-    surface.position = affine_point(objects[hit.object].scene_from_object, surface.position);
-    surface.geometric_normal = affine_normal(objects[hit.object].object_from_scene, surface.geometric_normal);
-    surface.shading_normal = affine_normal(objects[hit.object].object_from_scene, surface.shading_normal);
-  }
+  if (is_moving) { surface.position = affine_point(objects[hit.object].scene_from_object, surface.position); }
   if (HAS_TEXTURES) {
     let t0 = load_triangle_texcoords(index * 3u);
     let t1 = load_triangle_texcoords(index * 3u + 1u);

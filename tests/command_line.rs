@@ -99,6 +99,7 @@ fn wrong_arguments_end_with_2_and_a_hint() {
         ("render a.glb --out a.png --size 99999x1", "16384"),
         ("render a.glb --out a.png --passes 0", "1.."),
         ("render a.glb --out a.png --gaze 10", "--help"),
+        ("replay a.glb --session s --out o --size 5000x10", "4096"),
         ("replay a.glb --session s --out o --frames 9..3", "0..89"),
         ("replay a.glb --session s --out o --every 0", "1.."),
         ("replay a.glb --session s --out o --runtime other", "system"),

@@ -32,7 +32,7 @@ pub enum OutputError {
         why: &'static str,
     },
     /// The file system refused.
-    #[error("cannot {action} {}", path.display())]
+    #[error("cannot {action} {}; check that the place can be written and has room", path.display())]
     Io {
         /// What was tried.
         action: &'static str,

@@ -98,6 +98,7 @@ impl FromStr for FrameRange {
 pub fn run(args: Args, globals: &Globals) -> CliResult {
     let params = common::params(globals)?;
     let technique = common::technique(&args.technique)?;
+    check_size(&args)?;
     let mut record = RunRecord::new(std::env::args());
     let output = OutputDir::create(&args.out, globals.force, &record)?;
     let interrupted = interrupt_flag()?;
@@ -202,6 +203,16 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         &record,
         globals,
     );
+    Ok(())
+}
+
+fn check_size(args: &Args) -> CliResult {
+    let widest = xr_sim::MAX_IMAGE_SIZE;
+    if args.runtime == RuntimeChoice::Sim && args.size.width.max(args.size.height) > widest {
+        let message =
+            format!("--size: an eye of the simulated headset has at most {widest} pixels a side");
+        return Err(CliError::new(message).in_arguments());
+    }
     Ok(())
 }
 

@@ -39,7 +39,7 @@ macro_rules! shader_registry {
 }
 
 shader_registry! {
-    shared: threads, random, packing, scene, traversal, surface, bsdf, lights, eye, photon_paths, photon_map, scan, radix;
+    shared: threads, random, packing, scene, traversal, surface, bsdf, lights, eye, photon_paths, photon_map, coverage, scan, radix;
     stages: photon_emit, photon_bounce, photon_count, photon_offsets, photon_append, photon_commit,
         photon_keys, radix_count, radix_scatter, scan_blocks, scan_totals, scan_add,
         grid_count, photon_arrange,

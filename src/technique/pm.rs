@@ -37,6 +37,7 @@ pub struct PhotonMapping {
     eyes: EyePass,
     params: Params,
     first_radius_m: f32,
+    widest_radius_m: f32,
     radius_m: f32,
     has_lights: bool,
 }
@@ -77,6 +78,7 @@ impl PhotonMapping {
             eyes,
             params: params.clone(),
             first_radius_m,
+            widest_radius_m: widest_radius_m(scene),
             radius_m: first_radius_m,
             has_lights: scene.has_lights(),
         }))
@@ -86,7 +88,7 @@ impl PhotonMapping {
 /// The global radius before any pass, metres: as set, or such that the wanted photons fall into it when all are spread evenly.
 fn first_radius_m(params: &Params, scene: &GpuScene) -> f32 {
     if params.gather.radius_m > 0.0 {
-        return params.gather.radius_m;
+        return params.gather.radius_m.min(widest_radius_m(scene));
     }
     let per_estimate = f64::from(params.gather.photons_per_estimate);
     let photons = f64::from(params.photon.count.max(1));
@@ -97,6 +99,11 @@ fn first_radius_m(params: &Params, scene: &GpuScene) -> f32 {
         .min(0.05 * diagonal_m)
         .max(1e-6 * diagonal_m)
         .max(f64::from(f32::MIN_POSITIVE)) as f32
+}
+
+/// Half the scene's diagonal, metres: whatever the receiver, a wider disc holds no more of the scene.
+fn widest_radius_m(scene: &GpuScene) -> f32 {
+    (0.5 * scene.bounds().diagonal_m()).max(f32::MIN_POSITIVE)
 }
 
 /// Factor on the first radius after `pass` passes: r²(i+1) = r²(i) (i + alpha)/(i + 1), i from 1 (Knaus and Zwicker, equation 15).
@@ -156,6 +163,12 @@ impl Technique for PhotonMapping {
     fn statistics(&self, gpu: &GpuDevice) -> Result<Statistics, GpuError> {
         let counters = self.tracer.counters(gpu)?;
         let mut warnings = Vec::new();
+        if self.params.gather.radius_m > self.widest_radius_m {
+            warnings.push(format!(
+                "gather.radius_m = {} is wider than the scene: {} m is used",
+                self.params.gather.radius_m, self.widest_radius_m
+            ));
+        }
         if counters.dropped_paths > 0 && counters.emitted == 0 {
             warnings.push(
                 "the photon map was too small for one batch of paths: there is no light from photons; raise photon.stored_per_path"

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use macula::image::{LinearImage, exr};
 use macula::metrics::{self, Comparison, error::ImagePair};
+use macula::scene::Scene;
 
 use crate::maker::{Recipe, largest_relative_difference, mean, means_agree, reduced};
 use crate::shared::shared;
@@ -86,10 +87,7 @@ fn all_light_from_photons_has_the_reference_s_mean() {
     let Some((scene, reference)) = scene_and_reference("a-cornell-diffuse", 64) else {
         return;
     };
-    let recipe = Recipe::new("pm")
-        .passes(4)
-        .set("photon.count", "100000")
-        .set("gather.radius_m", "0.02");
+    let recipe = Recipe::new("pm").passes(4).set("photon.count", "100000");
     let image = recipe.render(&scene).image;
     means_agree(mean(&image), mean(&reference), 0.02).unwrap();
     assert!(means_agree(mean(&scaled(&image, 1.04)), mean(&reference), 0.02).is_err());
@@ -107,4 +105,36 @@ fn a_caustic_and_a_mirror_have_the_reference_s_mean() {
     means_agree(mean(&image), mean(&reference), 0.02).unwrap();
     let direct_only = recipe.set("photon.count", "0").render(&scene).image;
     assert!(means_agree(mean(&direct_only), mean(&reference), 0.02).is_err());
+}
+
+#[test]
+fn well_known_scenes_have_their_references_means() {
+    for (name, (width, height), tolerance) in [
+        ("living-room", (160, 90), 0.03),
+        ("veach-bidir", (160, 160), 0.05),
+    ] {
+        let [Some(path), Some(reference)] = ["glb", "exr"].map(|kind| {
+            let folder = if kind == "exr" { "refs" } else { kind };
+            shared(&format!("scenes/public/{folder}/{name}.{kind}"))
+        }) else {
+            return;
+        };
+        let reference = exr::read(&reference).unwrap();
+        let scene = Scene::load(&path).unwrap();
+        let recipe = Recipe::new("pm-direct")
+            .size(width, height)
+            .passes(3)
+            .set("photon.count", "400000");
+        let means = |depth_max: &str| {
+            let recipe = recipe.clone().set("photon.depth_max", depth_max);
+            mean(&recipe.render_scene(&scene).image)
+        };
+        means_agree(means("64"), mean(&reference), tolerance)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        let short = means_agree(means("3"), mean(&reference), tolerance);
+        assert!(
+            short.is_err(),
+            "{name}: paths of three surfaces are noticed"
+        );
+    }
 }

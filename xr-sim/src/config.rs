@@ -13,7 +13,7 @@ use crate::script::{Script, ScriptError};
 const CONFIG_VARIABLE: &str = "XR_SIM_CONFIG";
 
 /// The largest side of an eye's image, in pixels.
-pub(crate) const MAX_IMAGE_SIZE: u32 = 4096;
+pub const MAX_IMAGE_SIZE: u32 = 4096;
 
 /// The largest side of a swapchain's image, in pixels: both eyes side by side.
 pub(crate) const MAX_SWAPCHAIN_SIZE: u32 = 2 * MAX_IMAGE_SIZE;

@@ -39,7 +39,9 @@ mod table;
 mod two_call;
 mod vulkan;
 
-pub use config::{Capture, ClockKind, Config, ConfigError, DeviceChoice, PictureFormat, configure};
+pub use config::{
+    Capture, ClockKind, Config, ConfigError, DeviceChoice, MAX_IMAGE_SIZE, PictureFormat, configure,
+};
 pub use negotiation::{write_manifest, xrNegotiateLoaderRuntimeInterface};
 pub use script::ScriptError;
 pub use table::get_instance_proc_addr;
