@@ -353,7 +353,7 @@ impl Params {
             return Err(ParamError::Contradiction {
                 key: "gather.coverage_rays",
                 value: self.gather.coverage_rays.to_string(),
-                rule: "a polygon has 3 corners at least; 0 leaves walls out of account",
+                rule: "a polygon has 3 corners at least; 0 takes every disc for whole",
             });
         }
         Ok(self)
@@ -430,5 +430,14 @@ mod tests {
         let mut params = Params::default();
         params.set("fovea.transition_deg", "5").unwrap();
         assert!(params.checked().is_err());
+    }
+
+    #[test]
+    fn a_polygon_of_one_or_two_rays_is_refused() {
+        for (rays, is_sound) in [("0", true), ("1", false), ("2", false), ("3", true)] {
+            let mut params = Params::default();
+            params.set("gather.coverage_rays", rays).unwrap();
+            assert_eq!(params.checked().is_ok(), is_sound, "{rays} rays");
+        }
     }
 }

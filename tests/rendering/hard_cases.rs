@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use macula::scene::Scene;
+use serde_json::json;
 
 use crate::maker::{Picture, Recipe, Stage, bundled, gpu, lambert, mean, means_agree};
 use crate::shared::shared;
@@ -127,4 +128,61 @@ fn no_light_comes_through_or_around_a_wall_a_millimetre_thin() {
     assert!(alone[0] > 0.0, "a lamp in the room is seen");
     let beside = mean(&recipe.render(&bright).image);
     means_agree(beside, alone, 0.05).unwrap();
+}
+
+#[test]
+fn tilted_normals_carry_no_light_through_a_surface() {
+    // A wall between a lamp at the right and the eye, with normals that lean up, towards what the lamp lights.
+    let scene = |eye_x: f32| {
+        let stage = Stage::new(Vec3::new(eye_x, 0.0, 0.0), Vec3::ZERO);
+        let (corner, u, v) = (Vec3::new(0.0, -9.0, -9.0), 18.0 * Vec3::Z, 18.0 * Vec3::Y);
+        let mut stage = stage
+            .quad(corner, u, v, lambert([0.5; 3]))
+            .point_light(Vec3::new(1.0, 3.0, 0.0), 50.0);
+        let leaning = Vec3::new(-0.2, 1.0, 0.0).normalize().to_array();
+        let normals = stage.glb.floats(&[leaning; 4]);
+        stage.glb.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
+        stage.load()
+    };
+    for technique in ["pm-direct", "pm"] {
+        let picture = |eye_x| mean(&Recipe::new(technique).render_scene(&scene(eye_x)).image);
+        assert_eq!(picture(-3.0), [0.0; 3], "{technique}: behind the wall");
+        // Control: the wall's other side is lit.
+        assert!(picture(3.0)[0] > 0.01, "{technique}: before the wall");
+    }
+}
+
+#[test]
+fn a_moving_object_behind_a_cut_out_sheet_casts_its_shadow() {
+    let lamp = Vec3::new(0.0, 3.0, 0.0);
+    let floor = || plane(viewer()).point_light(lamp, 10.0);
+    let ceiling = |stage: Stage, height: f32, material| {
+        let corner = Vec3::new(-2.0, height, 2.0);
+        stage.quad(corner, 4.0 * Vec3::X, -4.0 * Vec3::Z, material)
+    };
+    let with_sheet = |stage: Stage| {
+        let mut cut_out = lambert([0.5; 3]);
+        cut_out["alphaMode"] = json!("MASK");
+        cut_out["pbrMetallicRoughness"]["baseColorFactor"] = json!([1.0, 1.0, 1.0, 0.1]);
+        ceiling(stage, 1.5, cut_out)
+    };
+    let with_blocker = |stage: Stage| {
+        let mut stage = ceiling(stage, 2.0, lambert([0.5; 3]));
+        let node = stage.glb.json["nodes"].as_array().unwrap().len() - 1;
+        let places = [[0.0f32, 0.0, 0.0], [0.0, 0.1, 0.0]];
+        stage
+            .glb
+            .animate(node, "translation", "LINEAR", &[0.0, 1.0], &places);
+        stage.load()
+    };
+    let recipe = Recipe::new("pm-direct").set("photon.count", "0");
+    let light = |scene: &Scene| mean(&recipe.render_scene(scene).image)[0];
+    let open = light(&floor().load());
+    let through_sheet = light(&with_sheet(floor()).load());
+    assert!(
+        (through_sheet / open - 1.0).abs() < 1e-3,
+        "{through_sheet} of {open}"
+    );
+    assert_eq!(light(&with_blocker(with_sheet(floor()))), 0.0);
+    assert_eq!(light(&with_blocker(floor())), 0.0);
 }
