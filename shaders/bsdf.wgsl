@@ -73,7 +73,16 @@ fn reflects(bsdf: Bsdf) -> bool { return HAS_SPECULAR && (bsdf.f90 > 0.0 || any(
 
 fn gathers_reflection(bsdf: Bsdf) -> bool { return reflects(bsdf) && bsdf.alpha >= GATHERED_ALPHA_MIN && !transmits(bsdf); }
 
-fn is_gathered(bsdf: Bsdf) -> bool { return any(bsdf.diffuse > vec3f(0.0)) || gathers_reflection(bsdf); }
+/// Whether photons are stored on a material, wherever on it: by its factors, as a texture that is black in places must not thin them
+/// out there, or estimates across its edges would be too dark.
+fn stores_photons(material: u32) -> bool {
+  let m = materials[material];
+  let may_be_dielectric = m.metallic < 1.0 || m.metallic_roughness_texture >= 0;
+  let has_lambert = any(m.base_color > vec3f(0.0)) && may_be_dielectric && m.transmission < 1.0;
+  // A texture makes a lobe sharper only.
+  let has_rough_reflection = HAS_SPECULAR && m.roughness * m.roughness >= GATHERED_ALPHA_MIN && m.transmission == 0.0;
+  return has_lambert || has_rough_reflection;
+}
 
 fn schlick(f0: vec3f, f90: f32, cos_theta: f32) -> vec3f {
   let m = clamp(1.0 - cos_theta, 0.0, 1.0);

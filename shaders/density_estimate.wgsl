@@ -62,7 +62,7 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
         let photon = load_map_position(i);
         let flux = load_map_flux(i);
         var kernel = kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
-        if (receiver.is_cut && !is_free(photon.xyz - receiver.position, tangents)) { kernel = 0.0; }
+        if (receiver.is_cut && !is_free(photon.xyz - receiver.position, tangents, radius_m)) { kernel = 0.0; }
         let wi = unpack_direction(bitcast<u32>(photon.w));
         sum += flux.xyz * gathered_bsdf(receiver.bsdf, receiver.normal, receiver.wo, wi) * kernel;
       }

@@ -26,7 +26,7 @@ fn bounce(index: u32) -> u32 {
   }
   let has_diffused = (path.state & PATH_DIFFUSED) != 0u;
   var flags = 0u;
-  if (is_gathered(bsdf) && (STORE_DIRECT || tracing.bounce > 0u)) {
+  if (stores_photons(surface.material) && (STORE_DIRECT || tracing.bounce > 0u)) {
     staged[index] = Photon(surface.position, pack_direction(wo), path.flux_w, pack_normal(surface.geometric_normal));
     flags = LEAVES_PHOTON | select(0u, IS_CAUSTIC, tracing.bounce > 0u && !has_diffused);
   }

@@ -11,6 +11,8 @@ struct Surface {
   is_front: bool,            // the ray met the counter-clockwise side
 }
 
+fn hit_material(hit: Hit) -> u32 { return load_triangle_shading(hit.triangle).w & 0x7fffffffu; }
+
 /// Unit normal of the triangle that was hit, on its counter-clockwise side.
 fn hit_normal(hit: Hit) -> vec3f {
   let edge1 = load_triangle_positions(hit.triangle * 3u + 1u).xyz;
@@ -43,7 +45,7 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
   surface.geometric_normal = hit_normal(hit);
   surface.shading_normal = surface.geometric_normal;
   // The high bit of the material word says that the triangle is flat.
-  surface.material = shading.w & 0x7fffffffu;
+  surface.material = hit_material(hit);
   if ((shading.w & 0x80000000u) == 0u) {
     surface.shading_normal = normalize((1.0 - b.x - b.y) * unpack_direction(shading.x)
       + b.x * unpack_direction(shading.y) + b.y * unpack_direction(shading.z));

@@ -5,9 +5,11 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec2, Vec3};
 use macula::image::LinearImage;
 use macula::scene::Scene;
+use serde_json::{Value, json};
 
 use crate::maker::{
-    Recipe, Stage, bundled, lambert, largest_relative_difference, mean, means_agree, reduced,
+    Recipe, Stage, bundled, lambert, largest_relative_difference, mean, means_agree, mirror,
+    reduced,
 };
 use crate::shared::shared;
 
@@ -127,4 +129,116 @@ fn a_point_light_over_a_plane_has_the_inverse_square_radiance_in_every_pixel() {
     image.rgb[500] = image.rgb[500].map(|x| 0.98 * x);
     let worst = largest_relative_difference(&image, &exact, 0.05);
     assert!(worst > 0.01, "one pixel 2% off is noticed");
+}
+
+/// A floor that ends within the picture, with a black wall across it, under a point light; `pane` is a window above it.
+fn floor_with_an_edge_and_a_wall(pane: Option<Value>) -> Scene {
+    let mut black = lambert([0.0; 3]);
+    black["pbrMetallicRoughness"]["roughnessFactor"] = json!(0.0);
+    let stage = Stage::new(Vec3::new(0.0, 2.0, 2.5), Vec3::ZERO)
+        .quad(
+            Vec3::new(-1.0, 0.0, 1.0),
+            2.0 * Vec3::X,
+            -2.0 * Vec3::Z,
+            lambert([0.8; 3]),
+        )
+        .quad(Vec3::new(-0.5, 0.0, -0.3), Vec3::X, 0.4 * Vec3::Y, black)
+        .point_light(Vec3::new(0.0, 2.5, 0.4), 10.0);
+    match pane {
+        None => stage.load(),
+        Some(pane) => stage
+            .quad(
+                Vec3::new(-3.0, 2.2, 3.0),
+                6.0 * Vec3::X,
+                -6.0 * Vec3::Z,
+                pane,
+            )
+            .load(),
+    }
+}
+
+#[test]
+fn photons_through_a_window_light_a_floor_evenly_up_to_its_edges_and_walls() {
+    // Glass of index 1 is nothing to light, yet what passes it counts as a caustic.
+    let mut pane = lambert([1.0; 3]);
+    pane["pbrMetallicRoughness"]["roughnessFactor"] = json!(0.0);
+    pane["extensions"] = json!({
+        "KHR_materials_transmission": {"transmissionFactor": 1.0},
+        "KHR_materials_ior": {"ior": 1.0},
+    });
+    let recipe = Recipe::new("pm-direct").set("eye.chain_max", "4");
+    let exact = recipe.clone().passes(8).set("photon.count", "0");
+    let exact = exact
+        .render_scene(&floor_with_an_edge_and_a_wall(None))
+        .image;
+    let behind_glass = floor_with_an_edge_and_a_wall(Some(pane));
+    let verdict = |scale: &str, rays: &str| {
+        let picture = recipe
+            .clone()
+            .passes(6)
+            .set("photon.count", "200000")
+            .set("gather.radius_m", "0.2")
+            .set("gather.caustic_radius_scale", scale)
+            .set("gather.coverage_rays", rays)
+            .render_scene(&behind_glass)
+            .image;
+        means_agree(mean(&picture), mean(&exact), 0.01)?;
+        let blocks = [&picture, &exact].map(|picture| reduced(picture, 4));
+        let worst = largest_relative_difference(&blocks[0], &blocks[1], 0.2);
+        (worst < 0.1)
+            .then_some(())
+            .ok_or_else(|| format!("a block is {worst} off"))
+    };
+    for scale in ["0.2", "0.4", "1"] {
+        verdict(scale, "12").unwrap_or_else(|e| panic!("scale {scale}: {e}"));
+    }
+    // Control: discs taken for whole are too dark along the edges.
+    assert!(verdict("1", "0").is_err());
+}
+
+#[test]
+fn a_floor_beside_a_mirror_or_with_black_tiles_is_lit_evenly_up_to_them() {
+    // In the middle of an evenly lit floor lies a square of another material, which shows no light of its own.
+    let scene = |inset: Value| {
+        let mut stage = Stage::new(Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO);
+        for (corner, u, v) in [
+            (Vec3::new(-1.5, 0.0, 1.5), 3.0, 1.2),
+            (Vec3::new(-1.5, 0.0, -0.3), 3.0, 1.2),
+            (Vec3::new(-1.5, 0.0, 0.3), 1.2, 0.6),
+            (Vec3::new(0.3, 0.0, 0.3), 1.2, 0.6),
+        ] {
+            stage = stage.quad(corner, u * Vec3::X, -v * Vec3::Z, lambert([0.8; 3]));
+        }
+        stage
+            .quad(
+                Vec3::new(-0.3, 0.0, 0.3),
+                0.6 * Vec3::X,
+                -0.6 * Vec3::Z,
+                inset,
+            )
+            .point_light(Vec3::new(0.0, 5.0, 0.0), 10.0)
+            .load()
+    };
+    let exact = Recipe::new("pm-direct").passes(8).set("photon.count", "0");
+    let estimate = |rays: &str| {
+        Recipe::new("pm")
+            .passes(6)
+            .set("photon.count", "1000000")
+            .set("gather.radius_m", "0.1")
+            .set("gather.coverage_rays", rays)
+    };
+    let verdict = |inset: Value, rays: &str| {
+        let scene = scene(inset);
+        let exact = exact.render_scene(&scene).image;
+        means_agree(
+            mean(&estimate(rays).render_scene(&scene).image),
+            mean(&exact),
+            0.006,
+        )
+    };
+    let mut glossless = lambert([0.0; 3]);
+    glossless["pbrMetallicRoughness"]["roughnessFactor"] = json!(0.0);
+    verdict(mirror(), "12").unwrap();
+    verdict(glossless.clone(), "12").unwrap();
+    assert!(verdict(glossless, "0").is_err());
 }

@@ -105,6 +105,7 @@ fn extreme_parameters_give_finite_pictures() {
     ] {
         let picture = recipe().set(key, value).render_scene(&cornell);
         assert_sound(&picture, &format!("{key}={value}"));
+        assert!(mean(&picture.image)[0] > 0.0, "{key}={value} leaves light");
     }
     gpu().wait("what is left").unwrap();
 }
