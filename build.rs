@@ -3,6 +3,11 @@
 use std::process::Command;
 
 fn main() {
+    // Outside a repository there is nothing to tell.
+    if git(&["rev-parse", "--git-dir"]).is_none() {
+        println!("cargo:rerun-if-changed=build.rs");
+        return;
+    }
     for watched in [
         ".git/HEAD",
         ".git/index",
@@ -15,8 +20,13 @@ fn main() {
         println!("cargo:rerun-if-changed={watched}");
     }
     if let Some(commit) = git(&["rev-parse", "HEAD"]) {
-        let is_dirty = git(&["status", "--porcelain", "--untracked-files=no"])
-            .is_some_and(|changes| !changes.is_empty());
+        let is_dirty = git(&[
+            "--no-optional-locks",
+            "status",
+            "--porcelain",
+            "--untracked-files=no",
+        ])
+        .is_some_and(|changes| !changes.is_empty());
         let suffix = if is_dirty { "-dirty" } else { "" };
         println!("cargo:rustc-env=MACULA_GIT_COMMIT={commit}{suffix}");
     }

@@ -2,8 +2,8 @@
 // The grid cell of every photon, as the key to sort by.
 
 @group(1) @binding(1) var<storage, read_write> counters: PhotonCounters;
-@group(1) @binding(2) var<storage, read_write> keys: array<u32>;
-@group(1) @binding(3) var<storage, read_write> order: array<u32>;
+//! split keys: u32, read_write, 1, 80
+//! split order: u32, read_write, 1, 96
 //! split photon_position: vec4f, read, 1, 16
 //! split photon_flux: vec4f, read, 1, 32
 
@@ -12,6 +12,6 @@ fn photon_keys(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
   let index = workgroup_number(group) * 256u + local;
   if (index >= counters.stored) { return; }
   let class_ = select(GLOBAL, CAUSTIC, (bitcast<u32>(load_photon_flux(index).x) & 0x80000000u) != 0u);
-  keys[index] = cell_key(class_, grid_cell(class_, load_photon_position(index).xyz));
-  order[index] = index;
+  store_keys(index, cell_key(class_, grid_cell(class_, load_photon_position(index).xyz)));
+  store_order(index, index);
 }

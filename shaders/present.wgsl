@@ -9,7 +9,7 @@ struct PresentUniform {
 }
 
 @group(0) @binding(0) var<uniform> present: PresentUniform;
-@group(0) @binding(1) var<storage, read> image: array<vec4f>;
+//! split image: vec4f, read, 0, 1
 
 const SHOULDER: f32 = 0.8;
 
@@ -30,6 +30,6 @@ fn vertex_main(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 @fragment
 fn fragment_main(@builtin(position) position: vec4f) -> @location(0) vec4f {
   let pixel = min(vec2u(position.xy), present.size - 1u);
-  let sum = image[pixel.y * present.size.x + pixel.x];
+  let sum = load_image(pixel.y * present.size.x + pixel.x);
   return vec4f(tone_map(present.exposure * sum.rgb / max(sum.w, 1.0)), 1.0);
 }

@@ -3,11 +3,11 @@
 // bit mask of the digit: every thread sets its bit, nobody's order matters.
 
 @group(1) @binding(1) var<storage, read_write> counters: PhotonCounters;
-@group(1) @binding(2) var<storage, read_write> keys: array<u32>;
-@group(1) @binding(3) var<storage, read_write> order: array<u32>;
+//! split keys: u32, read_write, 1, 80
+//! split order: u32, read_write, 1, 96
 @group(1) @binding(4) var<storage, read_write> digit_counts: array<u32>;
-@group(1) @binding(5) var<storage, read_write> sorted_keys: array<u32>;
-@group(1) @binding(6) var<storage, read_write> sorted_order: array<u32>;
+//! split sorted_keys: u32, read_write, 1, 112
+//! split sorted_order: u32, read_write, 1, 128
 
 var<workgroup> masks: array<atomic<u32>, 2048>;   // 8 words a digit
 var<workgroup> places: array<u32, 256>;
@@ -25,7 +25,7 @@ fn radix_scatter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_
     var key = 0u;
     var digit = 0u;
     if (is_inside) {
-      key = keys[index];
+      key = load_keys(index);
       digit = (key >> radix.shift) & 255u;
       atomicOr(&masks[digit * 8u + local / 32u], 1u << (local % 32u));
     }
@@ -40,8 +40,8 @@ fn radix_scatter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_
         if (word == local / 32u) { rank += countOneBits(bits & ((1u << (local % 32u)) - 1u)); }
       }
       let place = places[digit] + rank;
-      sorted_keys[place] = key;
-      sorted_order[place] = order[index];
+      store_sorted_keys(place, key);
+      store_sorted_order(place, load_order(index));
     }
     workgroupBarrier();
     if (is_inside && rank + 1u == total) { places[digit] += total; }

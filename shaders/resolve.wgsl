@@ -3,7 +3,7 @@
 
 @group(1) @binding(2) var<storage, read_write> seen_emission: array<vec4f>;
 @group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
-@group(1) @binding(6) var<storage, read_write> image: array<vec4f>;
+//! split image: vec4f, read_write, 1, 80
 
 @compute @workgroup_size(64)
 fn resolve(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
@@ -13,5 +13,5 @@ fn resolve(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
   let seen = seen_emission[band_pixel];
   let radiance = seen.rgb + slot_radiance[band_pixel].rgb + slot_radiance[band_pixel + band_pixel_count()].rgb;
   let index = eye.first_row * eye.size.x + band_pixel;
-  image[index] += select(vec4f(0.0), vec4f(radiance, 1.0), seen.a > 0.0);
+  store_image(index, load_image(index) + select(vec4f(0.0), vec4f(radiance, 1.0), seen.a > 0.0));
 }

@@ -59,13 +59,13 @@ struct Object {
 @group(0) @binding(0) var<uniform> scene: SceneUniform;
 @group(0) @binding(1) var<storage, read> materials: array<Material>;
 @group(0) @binding(2) var<storage, read> texture_uses: array<TextureUse>;
-@group(0) @binding(3) var<storage, read> texels: array<u32>;
 @group(0) @binding(4) var<storage, read> objects: array<Object>;
 @group(0) @binding(5) var<storage, read> object_nodes: array<vec4f>;
 //! texel_array bvh_nodes: u32, 0, 16
 //! texel_array triangle_positions: f32, 0, 32
 //! split triangle_shading: vec4u, read, 0, 48
 //! split triangle_texcoords: vec2f, read, 0, 64
+//! split texels: u32, read, 0, 80
 
 fn affine_point(rows: array<vec4f, 3>, p: vec3f) -> vec3f {
   let h = vec4f(p, 1.0);
@@ -95,7 +95,7 @@ fn srgb_to_linear(c: vec3f) -> vec3f {
 fn texel(use_: TextureUse, x: i32, y: i32) -> vec4f {
   let column = wrap_texel(x, i32(use_.width), use_.flags & 3u);
   let row = wrap_texel(y, i32(use_.height), (use_.flags >> 2u) & 3u);
-  let value = unpack4x8unorm(texels[use_.first_texel + u32(row) * use_.width + u32(column)]);
+  let value = unpack4x8unorm(load_texels(use_.first_texel + u32(row) * use_.width + u32(column)));
   if ((use_.flags & TEXTURE_SRGB) != 0u) { return vec4f(srgb_to_linear(value.rgb), value.a); }
   return value;
 }

@@ -88,6 +88,7 @@ impl<'a> FrameRenderer<'a> {
         let on_gpu = GpuScene::new(gpu, scene, caster, &pose)?;
         let technique = (technique.start)(gpu, &on_gpu, params, (size[0], size[1]))?;
         let image = || EyeImage::new(gpu, size[0], size[1]);
+        let images = [image()?, image()?];
         Ok(Self {
             gpu,
             scene,
@@ -97,8 +98,8 @@ impl<'a> FrameRenderer<'a> {
             scene_from_local: viewer_place(scene, params),
             gaze: GazeSource::live(gaze_params(params)),
             technique,
-            images: [image()?, image()?],
-            presenter: Presenter::new(gpu, format)?,
+            presenter: Presenter::new(gpu, &images[0], format)?,
+            images,
             timer: PassTimer::new(gpu),
         })
     }

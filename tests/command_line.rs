@@ -98,6 +98,8 @@ fn wrong_arguments_end_with_2_and_a_hint() {
         ("render a.glb --out a.png --size 64", "640x480"),
         ("render a.glb --out a.png --size 99999x1", "16384"),
         ("render a.glb --out a.png --passes 0", "1.."),
+        ("render a.glb --out a.png --seconds 1e20", "0.5"),
+        ("render a.glb --out a.png --seconds 0", "0.5"),
         ("render a.glb --out a.png --gaze 10", "--help"),
         ("replay a.glb --session s --out o --size 5000x10", "4096"),
         ("replay a.glb --session s --out o --frames 9..3", "0..89"),

@@ -16,7 +16,6 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use macula::frame::FrameRenderer;
 use macula::gaze::Session;
-use macula::gpu::resources;
 use macula::image::png;
 use macula::params::Params;
 use macula::scene::Scene;
@@ -328,8 +327,7 @@ fn the_headset_shows_what_was_rendered_and_the_fovea_is_where_the_eye_looks() {
             let images = renderer.images().each_ref();
             rendered.push(images.map(|image| png::to_rgb8(&image.read(&gpu).unwrap(), 0.0)));
             for (eye, image) in images.into_iter().enumerate() {
-                let sums: Vec<[f32; 4]> =
-                    resources::read_back(&gpu, image.buffer(), u64::from(SIDE * SIDE)).unwrap();
+                let sums: Vec<[f32; 4]> = image.sums().read(&gpu, u64::from(SIDE * SIDE)).unwrap();
                 let fov = input.local_from_eye[eye].fov;
                 sampled.push(Sampled {
                     counts: sums.iter().map(|sum| sum[3] as u32).collect(),

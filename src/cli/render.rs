@@ -37,8 +37,8 @@ pub struct Args {
     #[arg(long, value_name = "K", default_value_t = 16, conflicts_with = "seconds", value_parser = clap::value_parser!(u32).range(1..))]
     pub passes: u32,
     /// Add passes until this many seconds have gone by.
-    #[arg(long, value_name = "S")]
-    pub seconds: Option<f64>,
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub seconds: Option<Duration>,
     /// Where the eye looks, in degrees right and up of the picture's axis: the regions around it get what the fovea parameters say.
     #[arg(long, value_name = "AZ,EL", allow_hyphen_values = true)]
     pub gaze: Option<GazeAngles>,
@@ -64,6 +64,14 @@ struct Summary {
     warnings: Vec<String>,
 }
 
+fn seconds(text: &str) -> Result<Duration, String> {
+    text.parse()
+        .ok()
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .filter(|seconds| !seconds.is_zero())
+        .ok_or_else(|| "a positive number of seconds, such as 30 or 0.5".into())
+}
+
 /// Renders.
 ///
 /// # Errors
@@ -80,12 +88,6 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         params.set("random.seed", &seed.to_string())?;
     }
     let entry = common::technique(&args.technique)?;
-    if args
-        .seconds
-        .is_some_and(|seconds| !(seconds > 0.0 && seconds.is_finite()))
-    {
-        return Err(CliError::new("--seconds takes a positive number").in_arguments());
-    }
     let output = OutputFile::create(&args.out, globals.force)?;
     let interrupted = interrupt_flag()?;
 
@@ -107,7 +109,7 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     let mut pass_ms: Vec<(&'static str, f64)> = Vec::new();
     let mut passes = 0;
     let is_done = |passes: u32| match args.seconds {
-        Some(seconds) => started.elapsed() >= Duration::from_secs_f64(seconds),
+        Some(seconds) => started.elapsed() >= seconds,
         None => passes >= args.passes,
     };
     while passes == 0 || !(is_done(passes) || interrupted.load(Ordering::SeqCst)) {
@@ -150,7 +152,13 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         warnings: [loaded.scene.warnings.clone(), statistics.warnings].concat(),
     };
     report(&summary, globals);
-    Ok(())
+    if is_done(passes) {
+        return Ok(());
+    }
+    Err(CliError::new(format!(
+        "stopped after {passes} passes; {} is their mean",
+        summary.out.display()
+    )))
 }
 
 fn report(summary: &Summary, globals: &Globals) {

@@ -8,7 +8,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use super::EyeImage;
 use crate::gpu::layout::{self, EyeUniform, VisiblePoint};
 use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, UniformSequence};
-use crate::gpu::resources;
+use crate::gpu::resources::{self, SplitArray};
 use crate::gpu::shader::stages;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
@@ -136,7 +136,12 @@ impl EyePass {
             .with("visible_points_", &points)
             .with("seen_emission", &seen_emission)
             .with("slot_radiance", &slot_radiance);
-        let size_of_name = |array: &str| scene.shader_size(array).unwrap_or(tracer.chunks());
+        let image_chunks =
+            SplitArray::chunk_count::<[f32; 4]>(u64::from(width) * u64::from(height));
+        let size_of_name = |array: &str| match array {
+            "image" => image_chunks,
+            _ => scene.shader_size(array).unwrap_or(tracer.chunks()),
+        };
         let runs = gpu.equal_runs();
         let constants = [constants, &[("RUNS", f64::from(runs))]].concat();
         let kernel = |stage| Kernel::new(gpu, stage, &constants, &size_of_name);
@@ -234,5 +239,5 @@ fn resources_of_resolve<'a>(
         .with("eye", pass.uniforms.buffer())
         .with("seen_emission", &pass.seen_emission)
         .with("slot_radiance", &pass.slot_radiance)
-        .with("image", image.buffer())
+        .with_all(image.sums().resources())
 }

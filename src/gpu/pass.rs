@@ -25,7 +25,7 @@ impl Kernel {
     /// Compiles `stage` with the given constants and array splits.
     ///
     /// # Errors
-    /// [`ShaderError`] when the embedded source does not compose or validate.
+    /// [`ShaderError`] when the embedded source does not compose or validate, or needs too many buffers.
     pub fn new(
         gpu: &GpuDevice,
         stage: Stage,
@@ -43,7 +43,7 @@ impl Kernel {
     /// Compiles a composed source that is not in the registry, a test's or a benchmark's; its entry point has the stage's name.
     ///
     /// # Errors
-    /// [`ShaderError::Invalid`] when the source does not validate.
+    /// [`ShaderError`] when the source does not validate or needs too many buffers.
     pub fn from_source(
         gpu: &GpuDevice,
         stage: Stage,
@@ -51,6 +51,22 @@ impl Kernel {
         constants: &Constants,
     ) -> Result<Self, ShaderError> {
         let reflection = shader::reflect(stage.name, &source, stage.name)?;
+        let is_storage = |kind| {
+            matches!(
+                kind,
+                BindingKind::StorageRead | BindingKind::StorageReadWrite
+            )
+        };
+        let storage = reflection.bindings.iter().filter(|b| is_storage(b.kind));
+        let needed = storage.count() as u32;
+        let allowed = gpu.device.limits().max_storage_buffers_per_shader_stage;
+        if needed > allowed {
+            return Err(ShaderError::TooManyBuffers {
+                stage: stage.name.into(),
+                needed,
+                allowed,
+            });
+        }
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(stage.name),
             source: wgpu::ShaderSource::Wgsl(source.into()),

@@ -5,7 +5,7 @@ use bytemuck::Pod;
 
 use super::device::{GpuDevice, GpuError};
 use super::pass::Resources;
-use super::shader::{CHUNK_SHIFT, TEXEL_SHIFT};
+use super::shader::{TEXEL_SHIFT, chunk_shift};
 
 /// Smallest buffer that is made: an empty array still binds one element of any shared struct.
 const MIN_BYTES: u64 = 256;
@@ -81,7 +81,11 @@ pub fn uniform<T: Pod>(gpu: &GpuDevice, name: &str) -> wgpu::Buffer {
 pub struct SplitArray {
     name: &'static str,
     chunks: Vec<wgpu::Buffer>,
+    element_bytes: u64,
 }
+
+/// Most chunks of an array: the numbers of their bindings follow each other, and those of the next array begin after so many.
+const CHUNKS_MAX: u32 = 16;
 
 impl SplitArray {
     /// Room for `count` elements of `T`.
@@ -89,8 +93,17 @@ impl SplitArray {
     /// # Errors
     /// [`GpuError::BufferTooLarge`] when even one chunk is too large for the device.
     pub fn new<T: Pod>(gpu: &GpuDevice, name: &'static str, count: u64) -> Result<Self, GpuError> {
-        let chunk = 1u64 << CHUNK_SHIFT;
-        let chunks = (0..Self::chunk_count(count))
+        let element_bytes = size_of::<T>() as u64;
+        let chunk = 1u64 << chunk_shift(element_bytes as u32);
+        let chunk_count = Self::chunk_count::<T>(count);
+        if chunk_count > CHUNKS_MAX {
+            return Err(GpuError::BufferTooLarge {
+                buffer: name.into(),
+                bytes: count.saturating_mul(element_bytes),
+                limit: u64::from(CHUNKS_MAX) * chunk * element_bytes,
+            });
+        }
+        let chunks = (0..chunk_count)
             .map(|index| {
                 storage::<T>(
                     gpu,
@@ -99,7 +112,11 @@ impl SplitArray {
                 )
             })
             .collect::<Result<_, _>>()?;
-        Ok(Self { name, chunks })
+        Ok(Self {
+            name,
+            chunks,
+            element_bytes,
+        })
     }
 
     /// An array that holds `data`.
@@ -108,10 +125,38 @@ impl SplitArray {
     /// [`GpuError::BufferTooLarge`] when even one chunk is too large for the device.
     pub fn with<T: Pod>(gpu: &GpuDevice, name: &'static str, data: &[T]) -> Result<Self, GpuError> {
         let array = Self::new::<T>(gpu, name, data.len() as u64)?;
-        for (chunk, part) in array.chunks.iter().zip(data.chunks(1 << CHUNK_SHIFT)) {
-            gpu.queue.write_buffer(chunk, 0, bytemuck::cast_slice(part));
-        }
+        array.write(gpu, data);
         Ok(array)
+    }
+
+    /// Writes from the first element on; holds from the next submission on.
+    pub fn write<T: Pod>(&self, gpu: &GpuDevice, data: &[T]) {
+        let chunk = 1usize << chunk_shift(self.element_bytes as u32);
+        for (buffer, part) in self.chunks.iter().zip(data.chunks(chunk)) {
+            gpu.queue
+                .write_buffer(buffer, 0, bytemuck::cast_slice(part));
+        }
+    }
+
+    /// Fills it with zeros.
+    pub fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
+        for chunk in &self.chunks {
+            encoder.clear_buffer(chunk, 0, None);
+        }
+    }
+
+    /// Copies the first `count` elements to the host; waits for the device.
+    ///
+    /// # Errors
+    /// [`GpuError::Failed`] when the device is lost.
+    pub fn read<T: Pod>(&self, gpu: &GpuDevice, count: u64) -> Result<Vec<T>, GpuError> {
+        let chunk = 1u64 << chunk_shift(self.element_bytes as u32);
+        let mut all = Vec::with_capacity(count as usize);
+        for (index, buffer) in (0u64..).zip(&self.chunks) {
+            let left = count.saturating_sub(index * chunk);
+            all.extend(read_back::<T>(gpu, buffer, left.min(chunk))?);
+        }
+        Ok(all)
     }
 
     /// Its name in WGSL.
@@ -125,13 +170,19 @@ impl SplitArray {
     }
 
     /// Into how many chunks an array of `count` elements is cut.
-    pub fn chunk_count(count: u64) -> u32 {
-        count.div_ceil(1 << CHUNK_SHIFT).max(1) as u32
+    pub fn chunk_count<T>(count: u64) -> u32 {
+        let chunk = 1u64 << chunk_shift(size_of::<T>() as u32);
+        u32::try_from(count.div_ceil(chunk).max(1)).unwrap_or(u32::MAX)
     }
 
     /// Bytes of all chunks.
     pub fn bytes(&self) -> u64 {
         self.chunks.iter().map(wgpu::Buffer::size).sum()
+    }
+
+    /// The chunks, in order.
+    pub fn buffers(&self) -> &[wgpu::Buffer] {
+        &self.chunks
     }
 
     /// The chunks by their WGSL names, under the array's own name or an alias (for ping-pong).

@@ -47,7 +47,7 @@ shader_registry! {
     draws: present;
 }
 
-/// What can be wrong with the shaders that macula carries (never with user input).
+/// What can be wrong with the shaders that macula carries, or with the count of their buffers.
 #[derive(Debug, thiserror::Error)]
 pub enum ShaderError {
     /// A `//! use` line names no file in `shaders/`.
@@ -60,6 +60,18 @@ pub enum ShaderError {
         module: String,
         /// The line.
         line: String,
+    },
+    /// A stage needs more buffers than the device binds at once: its arrays are cut into too many chunks.
+    #[error(
+        "the stage `{stage}` needs {needed} buffers at once, but the device binds {allowed}; lower photon.count, photon.stored_per_path or the size of the picture, or take a smaller scene"
+    )]
+    TooManyBuffers {
+        /// Name of the stage.
+        stage: String,
+        /// Buffers that it binds.
+        needed: u32,
+        /// The device's limit.
+        allowed: u32,
     },
     /// naga refuses the composed source.
     #[error("shader `{name}` is not valid WGSL: {message}")]
@@ -151,8 +163,20 @@ fn append_text(
     Ok(())
 }
 
-/// log2 of the elements in one chunk of a split array: 2²² elements of 16 bytes are 64 MiB, half of the smallest binding limit met.
-pub const CHUNK_SHIFT: u32 = 22;
+/// log2 of the elements in one chunk of a split array: 128 MiB, the smallest binding limit met (WebGPU's default, and llvmpipe's).
+/// `element_bytes` is a power of two.
+pub const fn chunk_shift(element_bytes: u32) -> u32 {
+    27 - element_bytes.ilog2()
+}
+
+fn element_bytes(wgsl_type: &str) -> Option<u32> {
+    match wgsl_type {
+        "u32" | "f32" => Some(4),
+        "vec2f" | "vec2u" => Some(8),
+        "vec4f" | "vec4u" => Some(16),
+        _ => None,
+    }
+}
 
 /// Turns `NAME: ELEMENT, ACCESS, GROUP, FIRST_BINDING` into as many bindings as the array has chunks, and the functions
 /// `load_NAME(index)` and, for `read_write`, `store_NAME(index, value)`. With one chunk they are plain indexing.
@@ -164,6 +188,7 @@ fn split_declaration(directive: &str, size_of_name: &dyn Fn(&str) -> u32) -> Opt
         return None;
     };
     let first_binding: u32 = first_binding.parse().ok()?;
+    let shift = chunk_shift(element_bytes(element)?);
     let chunks = size_of_name(name).max(1);
     let mut out = String::new();
     for chunk in 0..chunks {
@@ -176,12 +201,12 @@ fn split_declaration(directive: &str, size_of_name: &dyn Fn(&str) -> u32) -> Opt
         if chunks == 1 {
             return access_one(0, "index");
         }
-        let local = format!("(index & {}u)", (1u32 << CHUNK_SHIFT) - 1);
+        let local = format!("(index & {}u)", (1u32 << shift) - 1);
         let cases: String = (1..chunks)
             .map(|chunk| format!("    case {chunk}u: {{ {} }}\n", access_one(chunk, &local)))
             .collect();
         format!(
-            "  switch index >> {CHUNK_SHIFT}u {{\n{cases}    default: {{ {} }}\n  }}\n",
+            "  switch index >> {shift}u {{\n{cases}    default: {{ {} }}\n  }}\n",
             access_one(0, &local)
         )
     };

@@ -13,12 +13,17 @@ pub struct Presenter {
 }
 
 impl Presenter {
-    /// Prepares for targets of `format`, which must store sRGB and take linear values.
+    /// Prepares for pictures like `image` on targets of `format`, which must store sRGB and take linear values.
     ///
     /// # Errors
     /// [`ShaderError`] when the embedded shader does not compose.
-    pub fn new(gpu: &GpuDevice, format: wgpu::TextureFormat) -> Result<Self, ShaderError> {
-        let source = shader::compose("present", &|_| 1)?;
+    pub fn new(
+        gpu: &GpuDevice,
+        image: &EyeImage,
+        format: wgpu::TextureFormat,
+    ) -> Result<Self, ShaderError> {
+        let chunks = image.sums().chunks();
+        let source = shader::compose("present", &|_| chunks)?;
         let module = gpu
             .device
             .create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -39,10 +44,15 @@ impl Presenter {
             .device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some("present"),
-                entries: &[
-                    entry(0, wgpu::BufferBindingType::Uniform),
-                    entry(1, wgpu::BufferBindingType::Storage { read_only: true }),
-                ],
+                entries: &(0..=chunks)
+                    .map(|binding| match binding {
+                        0 => entry(0, wgpu::BufferBindingType::Uniform),
+                        _ => entry(
+                            binding,
+                            wgpu::BufferBindingType::Storage { read_only: true },
+                        ),
+                    })
+                    .collect::<Vec<_>>(),
             });
         let pipeline_layout = gpu
             .device
@@ -100,16 +110,13 @@ impl Presenter {
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("present"),
             layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: self.uniform.as_entire_binding(),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: image.buffer().as_entire_binding(),
-                },
-            ],
+            entries: &(0..)
+                .zip(std::iter::once(&self.uniform).chain(image.sums().buffers()))
+                .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                    binding,
+                    resource: buffer.as_entire_binding(),
+                })
+                .collect::<Vec<_>>(),
         });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("present"),

@@ -62,12 +62,12 @@ impl PhotonMap {
         let positions = SplitArray::new::<[f32; 4]>(gpu, "map_position", count)?;
         let fluxes = SplitArray::new::<[f32; 4]>(gpu, "map_flux", count)?;
         let key_sides = [
-            resources::storage::<u32>(gpu, "keys", count)?,
-            resources::storage::<u32>(gpu, "sorted_keys", count)?,
+            SplitArray::new::<u32>(gpu, "keys", count)?,
+            SplitArray::new::<u32>(gpu, "sorted_keys", count)?,
         ];
         let order_sides = [
-            resources::storage::<u32>(gpu, "order", count)?,
-            resources::storage::<u32>(gpu, "sorted_order", count)?,
+            SplitArray::new::<u32>(gpu, "order", count)?,
+            SplitArray::new::<u32>(gpu, "sorted_order", count)?,
         ];
         let photons = tracer.resources();
         let sort = RadixSort::new(
@@ -78,17 +78,20 @@ impl PhotonMap {
             capacity,
             KEY_BITS,
         )?;
-        let size_of_name = |_: &str| tracer.chunks();
+        let size_of_name = |array: &str| match array {
+            "keys" | "order" => key_sides[0].chunks(),
+            _ => tracer.chunks(),
+        };
         let kernel = |stage| Kernel::new(gpu, stage, &[], &size_of_name);
         let unsorted = photons
             .clone()
             .with("photon_map", &uniform)
-            .with("keys", &key_sides[0])
-            .with("order", &order_sides[0]);
+            .with_all(key_sides[0].resources_as("keys"))
+            .with_all(order_sides[0].resources_as("order"));
         let side = sort.sorted_side();
         let sorted = photons
-            .with("keys", &key_sides[side])
-            .with("order", &order_sides[side])
+            .with_all(key_sides[side].resources_as("keys"))
+            .with_all(order_sides[side].resources_as("order"))
             .with("cell_counts", &cell_counts)
             .with_all(positions.resources())
             .with_all(fluxes.resources());

@@ -2,7 +2,7 @@
 
 use crate::gpu::layout::{RadixUniform, ScanUniform};
 use crate::gpu::pass::{BoundKernel, Kernel, Recorder, Resources};
-use crate::gpu::resources;
+use crate::gpu::resources::{self, SplitArray};
 use crate::gpu::shader::stages;
 use crate::gpu::{GpuDevice, GpuError};
 
@@ -75,15 +75,15 @@ pub struct RadixSort {
 impl RadixSort {
     /// Prepares sorting of up to `capacity` pairs with keys of `key_bits` bits.
     ///
-    /// `pairs` are two buffers each of keys and orders; the pairs lie in the first before the sort, and after it in the first or
+    /// `keys` and `orders` are two arrays each; the pairs lie in the first before the sort, and after it in the first or
     /// second as [`RadixSort::sorted_side`] says. `counters` holds the count of pairs (`PhotonCounters.stored`).
     ///
     /// # Errors
     /// [`GpuError`] when a buffer can't be made.
     pub fn new(
         gpu: &GpuDevice,
-        keys: [&wgpu::Buffer; 2],
-        orders: [&wgpu::Buffer; 2],
+        keys: [&SplitArray; 2],
+        orders: [&SplitArray; 2],
         counters: &Resources<'_>,
         capacity: u32,
         key_bits: u32,
@@ -93,8 +93,9 @@ impl RadixSort {
             resources::storage::<u32>(gpu, "digit_counts", u64::from(DIGITS * tile_count))?;
         let sum = PrefixSum::new(gpu, &digit_counts, DIGITS * tile_count)?;
         sum.set_length(gpu, DIGITS * tile_count);
-        let count = Kernel::new(gpu, stages::radix_count, &[], &|_| 1)?;
-        let scatter = Kernel::new(gpu, stages::radix_scatter, &[], &|_| 1)?;
+        let chunks = keys[0].chunks();
+        let count = Kernel::new(gpu, stages::radix_count, &[], &|_| chunks)?;
+        let scatter = Kernel::new(gpu, stages::radix_scatter, &[], &|_| chunks)?;
         let digits = (0..key_bits.div_ceil(DIGIT_BITS))
             .map(|digit| {
                 let uniform = resources::uniform::<RadixUniform>(gpu, "radix");
@@ -109,10 +110,10 @@ impl RadixSort {
                 let bound = counters
                     .clone()
                     .with("radix", &uniform)
-                    .with("keys", keys[from])
-                    .with("order", orders[from])
-                    .with("sorted_keys", keys[to])
-                    .with("sorted_order", orders[to])
+                    .with_all(keys[from].resources_as("keys"))
+                    .with_all(orders[from].resources_as("order"))
+                    .with_all(keys[to].resources_as("sorted_keys"))
+                    .with_all(orders[to].resources_as("sorted_order"))
                     .with("digit_counts", &digit_counts);
                 Ok((count.bind(gpu, &bound)?, scatter.bind(gpu, &bound)?))
             })

@@ -71,7 +71,7 @@ impl PhotonTracer {
         let capacity = capacity_wanted
             .max(f64::from(batch) * 2.0)
             .min(f64::from(1u32 << 28)) as u32;
-        let chunks = SplitArray::chunk_count(u64::from(capacity));
+        let chunks = SplitArray::chunk_count::<[f32; 4]>(u64::from(capacity));
         let size_of_name = |array: &str| scene.shader_size(array).unwrap_or(chunks);
 
         let rounds = photon.count.div_ceil(batch).max(1);

@@ -20,7 +20,6 @@ pub struct GpuScene {
     uniform: wgpu::Buffer,
     materials: wgpu::Buffer,
     texture_uses: wgpu::Buffer,
-    texels: wgpu::Buffer,
     objects: wgpu::Buffer,
     object_nodes: wgpu::Buffer,
     lights: wgpu::Buffer,
@@ -28,6 +27,7 @@ pub struct GpuScene {
     triangle_positions: TexelArray,
     triangle_shading: SplitArray,
     triangle_texcoords: SplitArray,
+    texels: SplitArray,
     /// Bounds over the whole animation.
     bounds: Aabb,
     /// Area of all triangles at time 0, m².
@@ -105,7 +105,6 @@ impl GpuScene {
             uniform: resources::uniform::<layout::SceneUniform>(gpu, "scene"),
             materials: resources::storage_with(gpu, "materials", &materials)?,
             texture_uses: resources::storage_with(gpu, "texture_uses", &textures.uses)?,
-            texels: resources::storage_with(gpu, "texels", &textures.texels)?,
             objects: resources::storage::<layout::Object>(
                 gpu,
                 "objects",
@@ -121,6 +120,7 @@ impl GpuScene {
             triangle_positions,
             triangle_shading,
             triangle_texcoords,
+            texels: SplitArray::with(gpu, "texels", &textures.texels)?,
             bounds: scene.bounds_over_time(),
             area_m2: scene_area_m2(scene, pose),
             effects: Effects::of(scene),
@@ -145,14 +145,20 @@ impl GpuScene {
         this.bytes = [
             &this.materials,
             &this.texture_uses,
-            &this.texels,
             &this.objects,
             &this.object_nodes,
             &this.lights,
         ]
         .iter()
         .map(|buffer| buffer.size())
-        .chain([&this.triangle_shading, &this.triangle_texcoords].map(SplitArray::bytes))
+        .chain(
+            [
+                &this.triangle_shading,
+                &this.triangle_texcoords,
+                &this.texels,
+            ]
+            .map(SplitArray::bytes),
+        )
         .chain([&this.bvh_nodes, &this.triangle_positions].map(TexelArray::bytes))
         .sum();
         this.set_pose(gpu, pose);
@@ -207,20 +213,23 @@ impl GpuScene {
 
     /// The buffers by their WGSL names.
     pub fn resources(&self) -> Resources<'_> {
-        [&self.triangle_shading, &self.triangle_texcoords]
-            .into_iter()
-            .fold(Resources::default(), |all, array| {
-                all.with_all(array.resources())
-            })
-            .with_texel_array(&self.bvh_nodes)
-            .with_texel_array(&self.triangle_positions)
-            .with("scene", &self.uniform)
-            .with("materials", &self.materials)
-            .with("texture_uses", &self.texture_uses)
-            .with("texels", &self.texels)
-            .with("objects", &self.objects)
-            .with("object_nodes", &self.object_nodes)
-            .with("lights", &self.lights)
+        [
+            &self.triangle_shading,
+            &self.triangle_texcoords,
+            &self.texels,
+        ]
+        .into_iter()
+        .fold(Resources::default(), |all, array| {
+            all.with_all(array.resources())
+        })
+        .with_texel_array(&self.bvh_nodes)
+        .with_texel_array(&self.triangle_positions)
+        .with("scene", &self.uniform)
+        .with("materials", &self.materials)
+        .with("texture_uses", &self.texture_uses)
+        .with("objects", &self.objects)
+        .with("object_nodes", &self.object_nodes)
+        .with("lights", &self.lights)
     }
 
     /// The scene's sizes that shaders are composed with (see [`crate::gpu::shader::compose`]); `None` for a name of others.
@@ -229,7 +238,11 @@ impl GpuScene {
             return Some(self.tree_depth);
         }
         let in_textures = [&self.bvh_nodes, &self.triangle_positions];
-        let in_buffers = [&self.triangle_shading, &self.triangle_texcoords];
+        let in_buffers = [
+            &self.triangle_shading,
+            &self.triangle_texcoords,
+            &self.texels,
+        ];
         in_textures
             .map(|array| (array.name(), array.layers()))
             .into_iter()

@@ -6,8 +6,8 @@ use macula::frame::regions;
 use macula::gather::{EyeImage, EyeSettings};
 use macula::gpu::layout::PhotonCounters;
 use macula::gpu::pass::{Kernel, Recorder, Resources};
-use macula::gpu::resources::{self, TexelArray};
-use macula::gpu::shader::{CHUNK_SHIFT, Stage, TEXEL_SHIFT, compose_text};
+use macula::gpu::resources::{self, SplitArray, TexelArray};
+use macula::gpu::shader::{Stage, TEXEL_SHIFT, chunk_shift, compose_text};
 use macula::gpu::timing::PassTimer;
 use macula::params::Params;
 use macula::photon::sort::{PrefixSum, RadixSort};
@@ -50,7 +50,7 @@ fn around_borders(@builtin(global_invocation_id) id: vec3u) {
 
 #[test]
 fn an_array_in_three_chunks_is_one_array() {
-    let chunk = 1u32 << CHUNK_SHIFT;
+    let chunk = 1u32 << chunk_shift(4);
     let places: Vec<u32> = [0, chunk, 2 * chunk]
         .into_iter()
         .flat_map(|border| (0..64u32).map(move |i| (border + i).saturating_sub(32)))
@@ -178,13 +178,10 @@ const KEY_BITS: u32 = 22;
 fn sort_on_device(keys: &[u32], capacity: u32) -> Vec<(u32, u32)> {
     let count = keys.len() as u64;
     let order: Vec<u32> = (0..keys.len() as u32).collect();
-    let room = |name| resources::storage::<u32>(gpu(), name, u64::from(capacity)).unwrap();
+    let room = |name| SplitArray::new::<u32>(gpu(), name, u64::from(capacity)).unwrap();
     let (key_sides, order_sides) = ([room("keys"), room("keys")], [room("order"), room("order")]);
-    for (buffer, values) in [(&key_sides[0], keys), (&order_sides[0], &order)] {
-        gpu()
-            .queue
-            .write_buffer(buffer, 0, bytemuck::cast_slice(values));
-    }
+    key_sides[0].write(gpu(), keys);
+    order_sides[0].write(gpu(), &order);
     let counters = PhotonCounters {
         stored: keys.len() as u32,
         ..Default::default()
@@ -201,8 +198,8 @@ fn sort_on_device(keys: &[u32], capacity: u32) -> Vec<(u32, u32)> {
     .unwrap();
     run(|recorder| sort.record(recorder, "sort"));
     let side = sort.sorted_side();
-    let keys = resources::read_back(gpu(), &key_sides[side], count).unwrap();
-    let order = resources::read_back(gpu(), &order_sides[side], count).unwrap();
+    let keys: Vec<u32> = key_sides[side].read(gpu(), count).unwrap();
+    let order: Vec<u32> = order_sides[side].read(gpu(), count).unwrap();
     keys.into_iter().zip(order).collect()
 }
 
@@ -245,8 +242,7 @@ fn samples_by_pixel(params: &Params, gaze_dir: Vec3, side: u32) -> (Vec<u32>, Ey
         image.clear(recorder.encoder());
         technique.shade(recorder, &settings, &image).unwrap();
     });
-    let sums: Vec<[f32; 4]> =
-        resources::read_back(gpu(), image.buffer(), u64::from(side * side)).unwrap();
+    let sums: Vec<[f32; 4]> = image.sums().read(gpu(), u64::from(side * side)).unwrap();
     let counts = sums.iter().map(|[.., count]| *count as u32);
     (counts.collect(), settings)
 }
