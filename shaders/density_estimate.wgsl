@@ -39,8 +39,10 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
   if (x_first > x_last) { return vec3f(0.0); }
   let inverse_radius2 = 1.0 / (radius_m * radius_m);
   let plane_reach_m = photon_map.flatness * radius_m;
-  let is_plain = !(HAS_SPECULAR && reflects(receiver.bsdf)) && !receiver.is_cut;
+  let is_lambert = !(HAS_SPECULAR && reflects(receiver.bsdf));
   let tangents = frame_around(receiver.geometric_normal);
+  var share = 1.0;
+  for (var once = 0u; once < select(0u, 1u, receiver.is_cut); once++) { share = set_free_polygon(radius_m); }
   var lambert_sum = vec3f(0.0);
   var sum = vec3f(0.0);
   for (var dz = -1; dz <= 1; dz++) {
@@ -50,19 +52,26 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
       if (y < 0 || z < 0 || y >= dimensions.y || z >= dimensions.z) { continue; }
       let first = cell_counts[cell_key(class_, vec3i(x_first, y, z))];
       let last = cell_counts[cell_key(class_, vec3i(x_last, y, z)) + 1u];
-      // Bare Lambert reflects all photons alike: its BSDF comes out of the sum. Two loops, one of them empty, because software drivers
+      // Bare Lambert reflects all photons alike: its BSDF comes out of the sum. Three loops, two of them empty, because software drivers
       // compute both sides of a branch but leave a loop that nobody needs.
-      let lambert_last = select(first, last, is_plain);
-      for (var i = first; i < lambert_last; i++) {
+      let whole_last = select(first, last, is_lambert && !receiver.is_cut);
+      let cut_last = select(whole_last, last, is_lambert);
+      for (var i = first; i < whole_last; i++) {
+        let photon = load_map_position(i);
         let flux = load_map_flux(i);
-        lambert_sum += flux.xyz
-          * kernel_at(receiver, load_map_position(i).xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
+        lambert_sum += flux.xyz * kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
       }
-      for (var i = lambert_last; i < last; i++) {
+      for (var i = whole_last; i < cut_last; i++) {
+        let photon = load_map_position(i);
+        let flux = load_map_flux(i);
+        let kernel = kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
+        lambert_sum += flux.xyz * select(0.0, kernel, is_free(photon.xyz - receiver.position, tangents));
+      }
+      for (var i = cut_last; i < last; i++) {
         let photon = load_map_position(i);
         let flux = load_map_flux(i);
         var kernel = kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
-        if (receiver.is_cut && !is_free(photon.xyz - receiver.position, tangents, radius_m)) { kernel = 0.0; }
+        if (receiver.is_cut && !is_free(photon.xyz - receiver.position, tangents)) { kernel = 0.0; }
         let wi = unpack_direction(bitcast<u32>(photon.w));
         sum += flux.xyz * gathered_bsdf(receiver.bsdf, receiver.normal, receiver.wo, wi) * kernel;
       }
@@ -70,8 +79,6 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
   }
   sum += lambert_sum * receiver.bsdf.diffuse / PI;
   // A receiver in a corner too tight for any kernel gets nothing rather than a division by nearly nothing.
-  var share = 1.0;
-  if (receiver.is_cut) { share = covered_share(radius_m); }
   return select(vec3f(0.0), sum * (2.0 * inverse_radius2 / (PI * share)), share > 1e-3);
 }
 
