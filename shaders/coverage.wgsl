@@ -2,7 +2,8 @@
 // Which part of a gather's disc lies on the receiver's surface, as a polygon around the receiver: cut off where a wall stands on the
 // surface, and where the surface ends at an edge. Light from photons is an integral over that part, not over the disc.
 // Source: ours (the foveated prototype does the like for its surface records); derivation of the share in ARCHITECTURE.md, "Gather".
-// Limits: what lies whole between two rays, or beyond a gap, is not told apart; an edge is placed to within 1/64 of the radius.
+// Limits: slits, holes and inlays that miss the corners of the square around the disc are not seen, nor is what lies whole between two
+// rays or beyond a gap; an edge is placed to within 1/64 of the radius.
 
 /// Rays that look for walls and edges, 3 at least; 0 takes every disc for whole.
 override COVERAGE_RAYS: u32 = 8;
@@ -151,7 +152,7 @@ fn boxes_meet(packed: vec3u, low: vec3f, high: vec3f) -> bool {
 }
 
 /// Whether the square around a disc is more than a piece of one surface: something stands on it, or a corner of it is not there. Every
-/// straight wall or edge that crosses the disc is told; what is told wrongly costs rays, no more.
+/// straight wall is told, and every straight edge with nothing beyond it; what is told wrongly costs rays, no more.
 fn is_square_cut(position: vec3f, tangents: mat3x3f, radius_m: f32) -> bool {
   var square = Patch(position, tangents, radius_m, vec4<bool>(false), 0u, false);
   let height_m = max(COVERAGE_HEIGHT, photon_map.flatness) * radius_m;
