@@ -3,7 +3,7 @@
 // surface, and where the surface ends at an edge. Light from photons is an integral over that part, not over the disc.
 // Source: ours (the foveated prototype does the like for its surface records); derivation of the share in ARCHITECTURE.md, "Gather".
 // Limits: slits, holes and inlays that miss the corners of the square around the disc are not seen, nor is what lies whole between two
-// rays or beyond a gap; an edge is placed to within 1/64 of the radius.
+// rays or beyond a gap; an edge is placed to within 1/64 of the radius. Moving objects are looked at one by one, not through their tree.
 
 /// Rays that look for walls and edges, 3 at least; 0 takes every disc for whole.
 override COVERAGE_RAYS: u32 = 8;

@@ -48,7 +48,7 @@ fn hit_triangle(index: u32, ray: Ray, object: u32, best: ptr<function, Hit>) {
 
 /// Where a ray is inside a child's bounds: entry and exit, in units of the ray, as the bits of floats. Entry is never negative, and
 /// non-negative floats are ordered as their bits; an exit before the ray's start has its sign bit set, however it came about. Integer
-/// minima have no NaN to look after, which makes them three times cheaper on a CPU.
+/// minima have no NaN to look after: on a CPU they are one instruction in place of three.
 fn box_interval(packed: vec3u, step: vec3f, start: vec3f, t_max: f32) -> vec2i {
   let low = bitcast<vec3i>(vec3f(packed & vec3u(0xffffu)) * step + start);
   let high = bitcast<vec3i>(vec3f(packed >> vec3u(16u)) * step + start);

@@ -88,6 +88,18 @@ fn help_of_every_command_says_what_it_is_for_and_explains_each_option() {
 }
 
 #[test]
+fn more_photons_than_any_device_binds_are_refused_with_what_to_lower() {
+    let scene = asset("scenes/furnace.glb");
+    let folder = tempfile::tempdir().unwrap();
+    let refused = macula(&format!(
+        "render {} --size 8x8 --photons 64000000 --out {}",
+        scene.display(),
+        folder.path().join("a.exr").display()
+    ));
+    assert_refused(&refused, 1, &["photon_position", "fewer photons"]);
+}
+
+#[test]
 fn wrong_arguments_end_with_2_and_a_hint() {
     for (line, hint) in [
         ("", "Usage"),

@@ -111,6 +111,17 @@ fn extreme_parameters_give_finite_pictures() {
 }
 
 #[test]
+fn a_radius_wider_than_the_scene_is_told() {
+    let warnings = |radius_m: &str| {
+        let recipe = Recipe::new("pm").size(8, 8).set("photon.count", "100");
+        let recipe = recipe.set("gather.radius_m", radius_m);
+        recipe.render(&bundled("furnace.glb")).statistics.warnings
+    };
+    assert!(warnings("1000")[0].contains("gather.radius_m"));
+    assert!(warnings("0.1").is_empty());
+}
+
+#[test]
 fn no_light_comes_through_or_around_a_wall_a_millimetre_thin() {
     let [Some(dark), Some(dim), Some(bright)] =
         ["-dark", "-dim", ""].map(|which| shared(&format!("scenes/glb/g-thin-wall{which}.glb")))
