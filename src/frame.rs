@@ -16,7 +16,7 @@ use crate::params::Params;
 use crate::scene::bvh::SceneCaster;
 use crate::scene::gpu_scene::GpuScene;
 use crate::scene::{Scene, ScenePose};
-use crate::technique::{FrameSettings, Statistics, Technique, TechniqueEntry};
+use crate::technique::{FrameSettings, Start, Statistics, Technique, TechniqueEntry};
 use crate::view::{Pose, View};
 
 /// What a frame starts from. Poses are in the session's play space (OpenXR's LOCAL).
@@ -64,7 +64,7 @@ pub struct FrameRenderer<'a> {
     params: Params,
     scene_from_local: Pose,
     gaze: GazeSource,
-    technique: Box<dyn Technique>,
+    technique: Box<dyn Technique + 'a>,
     images: [EyeImage; 2],
     presenter: Presenter,
     timer: PassTimer,
@@ -86,7 +86,14 @@ impl<'a> FrameRenderer<'a> {
     ) -> Result<Self, GpuError> {
         let pose = scene.pose_at(0.0);
         let on_gpu = GpuScene::new(gpu, scene, caster, &pose)?;
-        let technique = (technique.start)(gpu, &on_gpu, params, (size[0], size[1]))?;
+        let technique = (technique.start)(&Start {
+            gpu,
+            scene,
+            caster,
+            on_gpu: &on_gpu,
+            params,
+            size: (size[0], size[1]),
+        })?;
         let image = || EyeImage::new(gpu, size[0], size[1]);
         let images = [image()?, image()?];
         Ok(Self {
@@ -127,6 +134,7 @@ impl<'a> FrameRenderer<'a> {
             &FrameSettings {
                 frame: input.index,
                 pass: 0,
+                pose: &pose,
             },
         )?;
         for (eye, image) in eyes.iter().zip(&self.images) {

@@ -14,7 +14,7 @@
 //!
 //! All of it computes through [`gpu`] and is set by [`params`]; [`view`] is the one convention of eyes and images. [`still`] makes one
 //! picture from a fixed camera in place of a session. [`report`] shows people what a session did, [`metrics`] judges a picture by its
-//! reference, and [`cli`] is the program around it: nothing else prints, reads the environment or ends the process.
+//! reference, [`oracle`] computes one slowly, and [`cli`] is the program around it: nothing else prints, reads the environment or ends the process.
 //!
 //! Lengths are metres, angles radians, times nanoseconds of `XrTime`; light is linear radiance in W/(m² sr). `ARCHITECTURE.md` has the
 //! conventions, and the reasons for what was decided.
@@ -27,6 +27,7 @@ pub mod gaze;
 pub mod gpu;
 pub mod image;
 pub mod metrics;
+pub mod oracle;
 pub mod params;
 pub mod photon;
 pub mod report;

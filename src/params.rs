@@ -221,6 +221,11 @@ knobs! {
         /// Most mirrors and glass faces that an eye path passes.
         chain_max: u32 = 16, 1, 64, "surfaces", "two glass objects in a row and a mirror";
     }
+    /// The oracle.
+    path: Path {
+        /// Paths a pixel in a pass of `render`, or in a frame of a session; the regions of the eye are all alike to it.
+        samples: u32 = 16, 1, 65_536, "paths", "a few seconds a pass at 256x256 on two cores";
+    }
     /// The regions around the gaze, and what each gets.
     fovea: Fovea {
         /// Half-angle of the fovea.

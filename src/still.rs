@@ -10,15 +10,17 @@ use crate::gpu::timing::{PassTime, PassTimer};
 use crate::gpu::{GpuDevice, GpuError};
 use crate::image::LinearImage;
 use crate::params::Params;
-use crate::scene::gpu_scene::GpuScene;
-use crate::technique::{FrameSettings, Statistics, Technique, TechniqueEntry};
+use crate::scene::ScenePose;
+use crate::scene::loaded::LoadedScene;
+use crate::technique::{FrameSettings, Start, Statistics, Technique, TechniqueEntry};
 use crate::view::View;
 
 /// A picture in the making.
 pub struct Still<'a> {
     gpu: &'a GpuDevice,
     params: Params,
-    technique: Box<dyn Technique>,
+    pose: ScenePose,
+    technique: Box<dyn Technique + 'a>,
     eye: EyeSettings,
     image: EyeImage,
     timer: PassTimer,
@@ -33,7 +35,7 @@ impl<'a> Still<'a> {
     /// [`GpuError`] when a buffer can't be made.
     pub fn start(
         gpu: &'a GpuDevice,
-        scene: &GpuScene,
+        scene: &'a LoadedScene,
         params: &Params,
         technique: &TechniqueEntry,
         view: View,
@@ -41,10 +43,19 @@ impl<'a> Still<'a> {
         gaze_dir_in_view: Option<Vec3>,
     ) -> Result<Self, GpuError> {
         let eye = EyeSettings::new(params, view, gaze_dir_in_view);
+        let technique = (technique.start)(&Start {
+            gpu,
+            scene: &scene.scene,
+            caster: &scene.caster,
+            on_gpu: &scene.on_gpu,
+            params,
+            size,
+        })?;
         Ok(Self {
             gpu,
             params: params.clone(),
-            technique: (technique.start)(gpu, scene, params, size)?,
+            pose: scene.scene.pose_at(0.0),
+            technique,
             eye,
             image: EyeImage::new(gpu, size.0, size.1)?,
             timer: PassTimer::new(gpu),
@@ -64,6 +75,7 @@ impl<'a> Still<'a> {
         let frame = FrameSettings {
             frame: self.passes,
             pass: self.passes,
+            pose: &self.pose,
         };
         self.technique.prepare(&mut recorder, &frame)?;
         let eye = EyeSettings {

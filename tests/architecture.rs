@@ -40,9 +40,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "technique",
         &[
-            "fovea", "gather", "gpu", "image", "params", "photon", "scene",
+            "fovea", "gather", "gpu", "image", "oracle", "params", "photon", "scene",
         ],
     ),
+    ("oracle", &["scene", "view"]),
     (
         "gather",
         &["gpu", "image", "params", "photon", "scene", "view"],

@@ -6,9 +6,6 @@ use std::str::FromStr;
 use super::{CliError, Globals};
 use crate::gpu::{GpuDevice, GpuError, Headless};
 use crate::params::Params;
-use crate::scene::Scene;
-use crate::scene::bvh::SceneCaster;
-use crate::scene::gpu_scene::GpuScene;
 use crate::technique::{self, TechniqueEntry};
 
 /// Pixels of a picture, as `WxH`.
@@ -103,30 +100,4 @@ pub fn headless_device(globals: &Globals) -> Result<GpuDevice, GpuError> {
     GpuDevice::create(&Headless {
         wanted: globals.device.clone(),
     })
-}
-
-/// A scene with its hierarchies, on the host and on the device.
-pub struct LoadedScene {
-    /// As read.
-    pub scene: Scene,
-    /// For single rays on the host.
-    pub caster: SceneCaster,
-    /// Uploaded.
-    pub on_gpu: GpuScene,
-}
-
-impl LoadedScene {
-    /// Builds the hierarchies and uploads.
-    ///
-    /// # Errors
-    /// [`GpuError`] when the scene does not fit the device.
-    pub fn new(gpu: &GpuDevice, scene: Scene) -> Result<Self, GpuError> {
-        let caster = SceneCaster::new(&scene);
-        let on_gpu = GpuScene::new(gpu, &scene, &caster, &scene.pose_at(0.0))?;
-        Ok(Self {
-            scene,
-            caster,
-            on_gpu,
-        })
-    }
 }

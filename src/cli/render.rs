@@ -12,6 +12,7 @@ use super::output::{OutputFile, interrupt_flag};
 use super::progress::Progress;
 use super::{CliError, CliResult, Globals};
 use crate::image::{exr, png};
+use crate::scene::loaded::LoadedScene;
 use crate::scene::{Camera, Scene};
 use crate::still::Still;
 
@@ -94,11 +95,11 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     let scene = Scene::load(&args.scene)?;
     let camera = find_camera(&scene, &args.camera, &args.scene)?;
     let gpu = common::headless_device(globals)?;
-    let loaded = common::LoadedScene::new(&gpu, scene)?;
+    let loaded = LoadedScene::new(&gpu, scene)?;
     let view = camera.view(args.size.width, args.size.height);
     let gaze = args.gaze.map(|gaze| gaze.dir_in_view().as_vec3());
     let size = (args.size.width, args.size.height);
-    let mut still = Still::start(&gpu, &loaded.on_gpu, &params, entry, view, size, gaze)?;
+    let mut still = Still::start(&gpu, &loaded, &params, entry, view, size, gaze)?;
 
     let started = Instant::now();
     let progress = Progress::new(

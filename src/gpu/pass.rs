@@ -1,6 +1,7 @@
 //! Kernels (a compiled entry point), what they bind, and the recording of timed passes.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use bytemuck::Pod;
 
@@ -343,6 +344,16 @@ impl<'a> Recorder<'a> {
                 Threads::OnDevice(workgroups) => pass.dispatch_workgroups_indirect(workgroups, 0),
             }
         }
+    }
+
+    /// Runs work of the host as a timed pass; what was recorded before goes to the device first.
+    pub fn on_host<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        self.submit();
+        self.failed = self.failed.take().or(self.gpu.wait("rendering").err());
+        let started = Instant::now();
+        let done = work();
+        self.timer.add_host_pass(name, started);
+        done
     }
 
     /// Submits what was recorded so far and goes on.

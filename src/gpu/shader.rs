@@ -43,7 +43,8 @@ shader_registry! {
     stages: photon_emit, photon_bounce, photon_count, photon_offsets, photon_append, photon_commit,
         photon_keys, radix_count, radix_scatter, scan_blocks, scan_totals, scan_add,
         grid_count, photon_arrange,
-        visible_points, direct_light, density_estimate, resolve;
+        visible_points, direct_light, density_estimate, resolve,
+        add_samples;
     draws: present;
 }
 

@@ -25,6 +25,8 @@ pub struct PassTimer {
     walls_ms: Vec<f64>,
     /// By the wall clock: the passes at work and when they started.
     running: Option<(&'static str, Instant)>,
+    /// Work of the host.
+    host: Vec<PassTime>,
 }
 
 enum Source {
@@ -66,6 +68,7 @@ impl PassTimer {
             names: Vec::new(),
             walls_ms: Vec::new(),
             running: None,
+            host: Vec::new(),
         }
     }
 
@@ -104,6 +107,18 @@ impl PassTimer {
     pub(super) fn starts(&mut self, name: &'static str) {
         self.stop();
         self.running = Some((name, Instant::now()));
+    }
+
+    /// Takes note of work of the host that ran since `started`, with the device idle.
+    pub(super) fn add_host_pass(&mut self, name: &'static str, started: Instant) {
+        if let Some((_, running_since)) = &mut self.running {
+            // What the device did before is done: its clock goes on when the next pass is recorded.
+            *running_since += started.elapsed();
+        }
+        self.host.push(PassTime {
+            name,
+            ms: started.elapsed().as_secs_f64() * 1e3,
+        });
     }
 
     fn stop(&mut self) {
@@ -145,7 +160,9 @@ impl PassTimer {
             _ => walls_ms,
         };
         let mut times: Vec<PassTime> = Vec::new();
-        for (name, ms) in names.into_iter().zip(all_ms) {
+        let on_host = std::mem::take(&mut self.host);
+        let on_host = on_host.into_iter().map(|time| (time.name, time.ms));
+        for (name, ms) in on_host.chain(names.into_iter().zip(all_ms)) {
             match times.iter_mut().find(|time| time.name == name) {
                 Some(time) => time.ms += ms,
                 None => times.push(PassTime { name, ms }),

@@ -18,6 +18,7 @@ mod light;
 pub mod light_table;
 mod limits;
 mod load;
+pub mod loaded;
 mod material;
 mod median_split;
 mod mesh;

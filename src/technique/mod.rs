@@ -1,12 +1,15 @@
 //! Light transport methods, one file each, behind one small trait. A technique composes photon/, gather/ and image/; they know none.
 
+pub mod path;
 pub mod pm;
 
 use crate::gather::{EyeImage, EyeSettings};
 use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
+use crate::scene::bvh::SceneCaster;
 use crate::scene::gpu_scene::GpuScene;
+use crate::scene::{Scene, ScenePose};
 
 /// A light transport method at work on one scene.
 pub trait Technique {
@@ -17,7 +20,7 @@ pub trait Technique {
     fn prepare(
         &mut self,
         recorder: &mut Recorder<'_>,
-        frame: &FrameSettings,
+        frame: &FrameSettings<'_>,
     ) -> Result<(), GpuError>;
 
     /// Adds one pass over an eye's image.
@@ -39,12 +42,31 @@ pub trait Technique {
 }
 
 /// What a technique is told about a frame, besides the eyes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrameSettings {
+#[derive(Clone, Copy, Debug)]
+pub struct FrameSettings<'a> {
     /// Number of the frame in a session, or of the pass over one picture: another one gives other random numbers.
     pub frame: u32,
     /// Passes that the picture holds already: the gather radius shrinks with them. 0 in a session.
     pub pass: u32,
+    /// Where everything is; the scene on the device stands there already.
+    pub pose: &'a ScenePose,
+}
+
+/// What a technique starts from: the scene (`'s`), which it may keep, and what it works with.
+#[derive(Clone, Copy)]
+pub struct Start<'s, 'w> {
+    /// The device.
+    pub gpu: &'w GpuDevice,
+    /// The scene as loaded.
+    pub scene: &'s Scene,
+    /// Its hierarchies on the host.
+    pub caster: &'s SceneCaster,
+    /// The scene on the device.
+    pub on_gpu: &'w GpuScene,
+    /// What is set.
+    pub params: &'w Params,
+    /// Pixels of an eye's image, across and down.
+    pub size: (u32, u32),
 }
 
 /// Counts of one frame, by name, in a fixed order.
@@ -68,9 +90,8 @@ pub struct TechniqueEntry {
     pub start: StartTechnique,
 }
 
-/// Prepares a technique for a scene and images of the given size.
-pub type StartTechnique =
-    fn(&GpuDevice, &GpuScene, &Params, (u32, u32)) -> Result<Box<dyn Technique>, GpuError>;
+/// Prepares a technique for a scene and images of one size.
+pub type StartTechnique = for<'s> fn(&Start<'s, '_>) -> Result<Box<dyn Technique + 's>, GpuError>;
 
 /// Every technique there is. A new one joins by its line.
 pub const REGISTRY: &[TechniqueEntry] = &[
@@ -78,17 +99,19 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         name: "pm-direct",
         about: "photon mapping, direct light by shadow rays",
         passes: pm::PASSES,
-        start: |gpu, scene, params, size| {
-            pm::PhotonMapping::start(gpu, scene, params, size, pm::DirectLight::ShadowRays)
-        },
+        start: |start| pm::PhotonMapping::start(start, pm::DirectLight::ShadowRays),
     },
     TechniqueEntry {
         name: "pm",
         about: "photon mapping, all light from photon density, as in the papers",
         passes: pm::PASSES,
-        start: |gpu, scene, params, size| {
-            pm::PhotonMapping::start(gpu, scene, params, size, pm::DirectLight::Photons)
-        },
+        start: |start| pm::PhotonMapping::start(start, pm::DirectLight::Photons),
+    },
+    TechniqueEntry {
+        name: "path",
+        about: "the oracle: path tracing in f64 on the host, slow and right",
+        passes: path::PASSES,
+        start: path::PathTracing::start,
     },
 ];
 

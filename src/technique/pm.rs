@@ -3,7 +3,7 @@
 //! Source: Jensen, "Global Illumination using Photon Maps", 1996; over several passes, Knaus and Zwicker, "Progressive Photon
 //! Mapping: A Probabilistic Approach", 2011.
 
-use super::{FrameSettings, Statistics, Technique};
+use super::{FrameSettings, Start, Statistics, Technique};
 use crate::gather::{EyeImage, EyePass, EyeSettings};
 use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
@@ -43,17 +43,21 @@ pub struct PhotonMapping {
 }
 
 impl PhotonMapping {
-    /// Prepares the technique for a scene and images of `size`.
+    /// Prepares the technique.
     ///
     /// # Errors
     /// [`GpuError`] when a buffer can't be made.
-    pub fn start(
-        gpu: &GpuDevice,
-        scene: &GpuScene,
-        params: &Params,
-        size: (u32, u32),
+    pub fn start<'s>(
+        start: &Start<'s, '_>,
         direct: DirectLight,
-    ) -> Result<Box<dyn Technique>, GpuError> {
+    ) -> Result<Box<dyn Technique + 's>, GpuError> {
+        let &Start {
+            gpu,
+            on_gpu: scene,
+            params,
+            size,
+            ..
+        } = start;
         let by_photons = direct == DirectLight::Photons;
         let mut constants = scene.constants();
         constants.push((
@@ -118,7 +122,7 @@ impl Technique for PhotonMapping {
     fn prepare(
         &mut self,
         recorder: &mut Recorder<'_>,
-        frame: &FrameSettings,
+        frame: &FrameSettings<'_>,
     ) -> Result<(), GpuError> {
         let params = &self.params;
         self.radius_m = self.first_radius_m * radius_factor(frame.pass, params.gather.radius_alpha);

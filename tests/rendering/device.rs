@@ -14,7 +14,7 @@ use macula::photon::sort::{PrefixSum, RadixSort};
 use macula::scene::Scene;
 use macula::scene::bvh::SceneCaster;
 use macula::scene::gpu_scene::GpuScene;
-use macula::technique::{self, FrameSettings};
+use macula::technique::{self, FrameSettings, Start};
 use wgpu::Buffer;
 
 use crate::maker::{bundled, gpu};
@@ -232,11 +232,23 @@ fn samples_by_pixel(params: &Params, gaze_dir: Vec3, side: u32) -> (Vec<u32>, Ey
     let (caster, pose) = (SceneCaster::new(&scene), scene.pose_at(0.0));
     let on_gpu = GpuScene::new(gpu(), &scene, &caster, &pose).unwrap();
     let entry = technique::find("pm-direct").unwrap();
-    let mut technique = (entry.start)(gpu(), &on_gpu, params, (side, side)).unwrap();
+    let start = Start {
+        gpu: gpu(),
+        scene: &scene,
+        caster: &caster,
+        on_gpu: &on_gpu,
+        params,
+        size: (side, side),
+    };
+    let mut technique = (entry.start)(&start).unwrap();
     let image = EyeImage::new(gpu(), side, side).unwrap();
     let view = scene.cameras[0].view(side, side);
     let settings = EyeSettings::new(params, view, Some(gaze_dir));
-    let frame = FrameSettings { frame: 0, pass: 0 };
+    let frame = FrameSettings {
+        frame: 0,
+        pass: 0,
+        pose: &pose,
+    };
     run(|recorder| {
         technique.prepare(recorder, &frame).unwrap();
         image.clear(recorder.encoder());

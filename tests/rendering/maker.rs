@@ -8,8 +8,7 @@ use macula::gpu::{GpuDevice, Headless};
 use macula::image::LinearImage;
 use macula::params::Params;
 use macula::scene::Scene;
-use macula::scene::bvh::SceneCaster;
-use macula::scene::gpu_scene::GpuScene;
+use macula::scene::loaded::LoadedScene;
 use macula::still::Still;
 use macula::technique::{self, Statistics};
 use serde_json::{Value, json};
@@ -70,12 +69,11 @@ impl Recipe {
     }
 
     pub fn render_scene(&self, scene: &Scene) -> Picture {
-        let (caster, pose) = (SceneCaster::new(scene), scene.pose_at(0.0));
-        let on_gpu = GpuScene::new(gpu(), scene, &caster, &pose).unwrap();
+        let loaded = LoadedScene::new(gpu(), scene.clone()).unwrap();
         let view = scene.cameras[0].view(self.size.0, self.size.1);
         let entry = technique::find(self.technique).unwrap();
         let mut still =
-            Still::start(gpu(), &on_gpu, &self.params, entry, view, self.size, None).unwrap();
+            Still::start(gpu(), &loaded, &self.params, entry, view, self.size, None).unwrap();
         for _ in 0..self.passes {
             still.add_pass().unwrap();
         }

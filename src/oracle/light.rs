@@ -1,0 +1,239 @@
+//! Lights by their definitions: KHR_lights_punctual, and every triangle that emits.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::geometry::{Geometry, Surface};
+use super::material;
+use super::random::Random;
+use crate::scene::{PunctualKind, PunctualLight, ScenePose};
+
+/// A light that [`Lights`] picks from.
+enum Light {
+    Punctual(PunctualLight),
+    Triangle {
+        corners: [DVec3; 3],
+        texcoords: [DVec2; 3],
+        material: usize,
+    },
+}
+
+/// All lights at one time, picked in proportion to their power.
+pub(super) struct Lights {
+    lights: Vec<Light>,
+    /// Running sums of the powers.
+    cumulative_w: Vec<f64>,
+    /// Lights by moving object and triangle.
+    of_triangle: HashMap<(Option<usize>, usize), usize>,
+    reach_m: f64,
+}
+
+/// One point of a light, seen from a point.
+pub(super) struct LightSample {
+    /// Unit, to the light.
+    pub direction: DVec3,
+    pub distance_m: f64,
+    /// Irradiance on a plane that faces it over the probability of the sample, W/m².
+    pub irradiance: DVec3,
+    /// Density of the direction, 1/sr; `None` for a light without extent.
+    pub density: Option<f64>,
+}
+
+fn area_m2([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}
+
+impl Lights {
+    pub fn new(geometry: &Geometry<'_>, pose: &ScenePose) -> Self {
+        let scene = geometry.scene;
+        let reach_m = f64::from(scene.bounds_over_time().diagonal_m()).max(1e-9);
+        let mut all = Self {
+            lights: Vec::new(),
+            cumulative_w: Vec::new(),
+            of_triangle: HashMap::new(),
+            reach_m,
+        };
+        for light in &pose.lights {
+            let solid_angle_or_area = match light.kind {
+                PunctualKind::Point => 4.0 * PI,
+                PunctualKind::Spot { outer_cone_rad, .. } => {
+                    2.0 * PI * (1.0 - f64::from(outer_cone_rad).cos())
+                }
+                PunctualKind::Directional => PI * reach_m * reach_m / 4.0,
+            };
+            let power_w = f64::from(light.intensity.element_sum()) * solid_angle_or_area;
+            all.add(Light::Punctual(light.clone()), power_w);
+        }
+        let exitances: Vec<f64> = scene
+            .materials
+            .iter()
+            .map(|of| material::exitance(scene, of))
+            .collect();
+        let objects = (0..scene.objects.len()).map(Some);
+        for object in std::iter::once(None).chain(objects) {
+            let mesh = geometry.mesh(object);
+            let place = object.map(|object| geometry.scene_from_object[object]);
+            for (triangle, material) in mesh.material_of_triangle.iter().enumerate() {
+                let exitance = exitances[*material as usize];
+                if exitance.is_nan() || exitance <= 0.0 {
+                    continue;
+                }
+                let corners = mesh.corners(triangle).map(|corner| {
+                    let corner = corner.as_dvec3();
+                    place.map_or(corner, |map| map.transform_point3(corner))
+                });
+                let light = Light::Triangle {
+                    corners,
+                    texcoords: mesh.triangles[triangle]
+                        .map(|vertex| mesh.texcoords[vertex as usize].as_dvec2()),
+                    material: *material as usize,
+                };
+                if all.add(light, exitance * area_m2(corners)) {
+                    let index = all.lights.len() - 1;
+                    all.of_triangle.insert((object, triangle), index);
+                }
+            }
+        }
+        all
+    }
+
+    /// Adds a light unless it is dark.
+    fn add(&mut self, light: Light, power_w: f64) -> bool {
+        let counts = power_w.is_finite() && power_w > 0.0;
+        if counts {
+            let before = self.cumulative_w.last().copied().unwrap_or(0.0);
+            self.lights.push(light);
+            self.cumulative_w.push(before + power_w);
+        }
+        counts
+    }
+
+    fn pick_probability(&self, light: usize) -> f64 {
+        let before = if light == 0 {
+            0.0
+        } else {
+            self.cumulative_w[light - 1]
+        };
+        (self.cumulative_w[light] - before) / self.cumulative_w[self.lights.len() - 1]
+    }
+
+    /// Density, 1/sr, with which [`Lights::sample`] at `from` finds the point of an emissive triangle that is seen at `surface`.
+    pub fn density(
+        &self,
+        object: Option<usize>,
+        triangle: usize,
+        from: DVec3,
+        surface: &Surface,
+    ) -> f64 {
+        let Some(&light) = self.of_triangle.get(&(object, triangle)) else {
+            return 0.0;
+        };
+        let Light::Triangle { corners, .. } = &self.lights[light] else {
+            return 0.0;
+        };
+        let to_light = surface.position - from;
+        let cos_light = surface
+            .geometric_normal
+            .dot(to_light.normalize_or(DVec3::ZERO))
+            .abs();
+        self.pick_probability(light) * to_light.length_squared() / (cos_light * area_m2(*corners))
+    }
+
+    /// A point on a light, seen from `point`, whatever lies between; `None` where it does not shine there.
+    pub fn sample(
+        &self,
+        geometry: &Geometry<'_>,
+        point: DVec3,
+        random: &mut Random,
+    ) -> Option<LightSample> {
+        let total_w = *self.cumulative_w.last()?;
+        let wanted_w = random.next() * total_w;
+        let index = self.cumulative_w.partition_point(|sum| *sum <= wanted_w);
+        let index = index.min(self.lights.len() - 1);
+        let probability = self.pick_probability(index);
+        match &self.lights[index] {
+            Light::Punctual(light) => self.punctual(light, point, probability),
+            Light::Triangle {
+                corners: corners @ [a, b, c],
+                texcoords,
+                material,
+            } => {
+                let [u, v] = random.next2();
+                let s = u.sqrt();
+                let shares = [1.0 - s, s * (1.0 - v), s * v];
+                let place = *a * shares[0] + *b * shares[1] + *c * shares[2];
+                let normal = (*b - *a).cross(*c - *a).normalize();
+                let to_light = place - point;
+                let distance_m = to_light.length();
+                let direction = to_light / distance_m;
+                let is_front = normal.dot(direction) < 0.0;
+                let cos_light = normal.dot(direction).abs();
+                let surface = Surface {
+                    position: place,
+                    geometric_normal: normal,
+                    shading_normal: normal,
+                    texcoord: (0..3).map(|i| texcoords[i] * shares[i]).sum(),
+                    material: *material,
+                    is_front,
+                };
+                if material::is_cut_out(geometry.scene, &surface) {
+                    return None;
+                }
+                let radiance = material::emission(geometry.scene, &surface);
+                let density =
+                    probability * distance_m * distance_m / (cos_light * area_m2(*corners));
+                let is_seen = radiance != DVec3::ZERO && density.is_finite() && density > 0.0;
+                is_seen.then(|| LightSample {
+                    direction,
+                    distance_m,
+                    irradiance: radiance / density,
+                    density: Some(density),
+                })
+            }
+        }
+    }
+
+    fn punctual(
+        &self,
+        light: &PunctualLight,
+        point: DVec3,
+        probability: f64,
+    ) -> Option<LightSample> {
+        let axis = light.direction.as_dvec3();
+        let intensity = light.intensity.as_dvec3() / probability;
+        if light.kind == PunctualKind::Directional {
+            return Some(LightSample {
+                direction: -axis,
+                distance_m: 4.0 * self.reach_m,
+                irradiance: intensity,
+                density: None,
+            });
+        }
+        let to_light = light.position.as_dvec3() - point;
+        let distance_m = to_light.length();
+        let direction = to_light / distance_m;
+        let falloff = match light.kind {
+            PunctualKind::Spot {
+                inner_cone_rad,
+                outer_cone_rad,
+            } => {
+                // KHR_lights_punctual, "Inner and Outer Cone Angles".
+                let (inner, outer) = (
+                    f64::from(inner_cone_rad).cos(),
+                    f64::from(outer_cone_rad).cos(),
+                );
+                let share = (-direction.dot(axis) - outer) / (inner - outer).max(1e-3);
+                share.clamp(0.0, 1.0).powi(2)
+            }
+            _ => 1.0,
+        };
+        (falloff > 0.0 && distance_m > 0.0).then(|| LightSample {
+            direction,
+            distance_m,
+            irradiance: intensity * (falloff / (distance_m * distance_m)),
+            density: None,
+        })
+    }
+}

@@ -1,0 +1,3 @@
+//! The oracle's parts against what is known without it.
+
+mod bsdf;
