@@ -263,8 +263,8 @@ impl Bsdf {
     /// Follows the light: a direction with a density near the BSDF's shape; `None` where it is absorbed.
     pub fn sample(&self, n: DVec3, wo: DVec3, random: &mut Random) -> Option<Sample> {
         let lambert_chance = self.lambert_chance(n, wo);
-        if random.next() < lambert_chance {
-            let [u, v] = random.next2();
+        if random.uniform() < lambert_chance {
+            let [u, v] = random.uniform2();
             let (r, phi) = (u.sqrt(), 2.0 * PI * v);
             let local = DVec3::new(r * phi.cos(), r * phi.sin(), (1.0 - u).sqrt());
             return self.spread_sample(n, wo, frame(n) * local);
@@ -274,12 +274,12 @@ impl Bsdf {
         }
         let h = match self.is_smooth() {
             true => n,
-            false => microfacet_normal(n, wo, self.alpha, random.next2()),
+            false => microfacet_normal(n, wo, self.alpha, random.uniform2()),
         };
         let cos_h = wo.dot(h);
         let reflect_chance = self.reflect_chance(cos_h);
         let chance = 1.0 - lambert_chance;
-        if random.next() < reflect_chance {
+        if random.uniform() < reflect_chance {
             let wi = (2.0 * cos_h * h - wo).normalize();
             if !self.is_smooth() {
                 return (n.dot(wi) > 0.0).then(|| self.spread_sample(n, wo, wi))?;

@@ -149,7 +149,7 @@ impl Lights {
         random: &mut Random,
     ) -> Option<LightSample> {
         let total_w = *self.cumulative_w.last()?;
-        let wanted_w = random.next() * total_w;
+        let wanted_w = random.uniform() * total_w;
         let index = self.cumulative_w.partition_point(|sum| *sum <= wanted_w);
         let index = index.min(self.lights.len() - 1);
         let probability = self.pick_probability(index);
@@ -160,7 +160,7 @@ impl Lights {
                 texcoords,
                 material,
             } => {
-                let [u, v] = random.next2();
+                let [u, v] = random.uniform2();
                 let s = u.sqrt();
                 let shares = [1.0 - s, s * (1.0 - v), s * v];
                 let place = *a * shares[0] + *b * shares[1] + *c * shares[2];

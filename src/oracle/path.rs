@@ -75,7 +75,7 @@ impl<'a> Oracle<'a> {
                 let sum: DVec3 = (0..samples)
                     .map(|sample| {
                         let mut random = Random::of([seed, frame, pixel, sample]);
-                        let place = (corner + DVec2::from(random.next2())) / pixels;
+                        let place = (corner + DVec2::from(random.uniform2())) / pixels;
                         let slopes = left_top + (right_bottom - left_top) * place;
                         let direction = axes[0] * slopes.x + axes[1] * slopes.y - axes[2];
                         let direction = direction.normalize();
@@ -154,7 +154,7 @@ impl<'a> Oracle<'a> {
             if depth >= SURE_SURFACES {
                 let survival = (throughput.max_element() * squeeze).min(0.95);
                 // Written so that a survival that is not a number ends the path.
-                let survives = random.next() < survival;
+                let survives = random.uniform() < survival;
                 if !survives {
                     break;
                 }

@@ -21,13 +21,13 @@ impl Random {
     }
 
     /// Uniform in [0, 1).
-    pub fn next(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(GOLDEN);
         (mix(self.0) >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Two numbers.
-    pub fn next2(&mut self) -> [f64; 2] {
-        [self.next(), self.next()]
+    pub fn uniform2(&mut self) -> [f64; 2] {
+        [self.uniform(), self.uniform()]
     }
 }

@@ -253,8 +253,8 @@ fn no_surface_sends_out_more_light_than_falls_on_it() {
 fn light_goes_both_ways_alike() {
     let mut random = Random::of([17, 0, 0, 0]);
     let mut direction = |upper: bool| {
-        let z = random.next() * 0.98 + 0.01;
-        let phi = 2.0 * PI * random.next();
+        let z = random.uniform() * 0.98 + 0.01;
+        let phi = 2.0 * PI * random.uniform();
         let r = (1.0 - z * z).sqrt();
         DVec3::new(r * phi.cos(), r * phi.sin(), if upper { z } else { -z })
     };
