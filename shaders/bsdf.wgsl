@@ -8,8 +8,13 @@
 // (a ray follows it: mirrors, refraction, and sharp GGX), never both, so that no light is counted twice.
 // Limits: single scattering; a thin-walled transmission passes straight on.
 
+// What the scene calls for (src/scene/effects.rs); the rest is not compiled.
 override HAS_SPECULAR: bool = true;
+override HAS_ROUGH: bool = true;
 override HAS_TRANSMISSION: bool = true;
+override HAS_ABSORPTION: bool = true;
+override HAS_BASE_COLOR_TEXTURES: bool = true;
+override HAS_METALLIC_ROUGHNESS_TEXTURES: bool = true;
 /// GGX lobes with an alpha from here on are gathered, sharper ones are traced.
 override GATHERED_ALPHA_MIN: f32 = 0.2;
 /// Below this alpha a reflection is a mirror's: one direction.
@@ -35,12 +40,14 @@ fn bsdf_at(surface: Surface) -> Bsdf {
   var metallic = material.metallic;
   var roughness = material.roughness;
   var emission = material.emission;
-  if (HAS_TEXTURES) {
-    base *= texture_at(material.base_color_texture, surface.texcoord).rgb;
+  if (HAS_BASE_COLOR_TEXTURES) { base *= texture_at(material.base_color_texture, surface.texcoord).rgb; }
+  if (HAS_METALLIC_ROUGHNESS_TEXTURES) {
     let metallic_roughness = texture_at(material.metallic_roughness_texture, surface.texcoord);
     roughness *= metallic_roughness.g;
     metallic *= metallic_roughness.b;
-    if (material.emission_texture >= 0) { emission *= texture_at(material.emission_texture, surface.texcoord).rgb; }
+  }
+  if (HAS_EMISSION_TEXTURES && material.emission_texture >= 0) {
+    emission *= texture_at(material.emission_texture, surface.texcoord).rgb;
   }
   let is_double_sided = (material.flags & MATERIAL_DOUBLE_SIDED) != 0u;
   var bsdf: Bsdf;
@@ -71,7 +78,7 @@ fn transmits(bsdf: Bsdf) -> bool { return HAS_TRANSMISSION && any(bsdf.transmiss
 
 fn reflects(bsdf: Bsdf) -> bool { return HAS_SPECULAR && (bsdf.f90 > 0.0 || any(bsdf.f0 > vec3f(0.0))); }
 
-fn gathers_reflection(bsdf: Bsdf) -> bool { return reflects(bsdf) && bsdf.alpha >= GATHERED_ALPHA_MIN && !transmits(bsdf); }
+fn gathers_reflection(bsdf: Bsdf) -> bool { return HAS_ROUGH && reflects(bsdf) && bsdf.alpha >= GATHERED_ALPHA_MIN && !transmits(bsdf); }
 
 /// Whether photons are stored on a material, wherever on it: by its factors, as a texture that is black in places must not thin them
 /// out there, or estimates across its edges would be too dark.
@@ -80,7 +87,8 @@ fn stores_photons(material: u32) -> bool {
   let may_be_dielectric = m.metallic < 1.0 || m.metallic_roughness_texture >= 0;
   let has_lambert = any(m.base_color > vec3f(0.0)) && may_be_dielectric && m.transmission < 1.0;
   // A texture makes a lobe sharper only.
-  let has_rough_reflection = HAS_SPECULAR && m.roughness * m.roughness >= GATHERED_ALPHA_MIN && m.transmission == 0.0;
+  let has_rough_reflection = HAS_ROUGH && m.roughness * m.roughness >= GATHERED_ALPHA_MIN && m.transmission == 0.0
+    && (m.metallic > 0.0 || m.specular_factor > 0.0);
   return has_lambert || has_rough_reflection;
 }
 
@@ -92,9 +100,10 @@ fn schlick(f0: vec3f, f90: f32, cos_theta: f32) -> vec3f {
 
 /// Unpolarised reflectance of a dielectric for light that meets it at `cos_i` from the side with relative index `eta` = n_t / n_i.
 fn fresnel_dielectric(cos_i: f32, eta: f32) -> f32 {
-  let sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
-  if (sin2_t >= 1.0) { return 1.0; }
-  let cos_t = sqrt(1.0 - sin2_t);
+  // Not by the sines: at an index of 1 grazing light would be reflected by rounding.
+  let cos2_t = (eta * eta - 1.0 + cos_i * cos_i) / (eta * eta);
+  if (cos2_t <= 0.0) { return 1.0; }
+  let cos_t = sqrt(cos2_t);
   let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
   let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
   return 0.5 * (parallel * parallel + perpendicular * perpendicular);
@@ -116,7 +125,7 @@ fn ggx_distribution(cos_h: f32, alpha: f32) -> f32 {
 fn ggx_reflection(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f) -> vec3f {
   let cos_o = dot(n, wo);
   let cos_i = dot(n, wi);
-  if (cos_o <= 0.0 || cos_i <= 0.0 || bsdf.alpha < MIRROR_ALPHA_MAX) { return vec3f(0.0); }
+  if (cos_o <= 0.0 || cos_i <= 0.0 || !HAS_ROUGH || bsdf.alpha < MIRROR_ALPHA_MAX) { return vec3f(0.0); }
   let h = normalize(wo + wi);
   let d = ggx_distribution(min(dot(n, h), 1.0), bsdf.alpha);
   let g = smith_g1(cos_o, bsdf.alpha) * smith_g1(cos_i, bsdf.alpha);
@@ -167,13 +176,13 @@ fn is_consistent(scatter: Scatter, geometric_normal: vec3f) -> bool {
 
 /// The half vector about which a lobe of sharpness `alpha` reflects or refracts, in scene space.
 fn half_vector_sample(n: vec3f, wo: vec3f, alpha: f32, u: vec2f) -> vec3f {
-  if (alpha < MIRROR_ALPHA_MAX) { return n; }
+  if (!HAS_ROUGH || alpha < MIRROR_ALPHA_MAX) { return n; }
   let frame = frame_around(n);
   return frame * visible_normal_sample(wo * frame, alpha, u);
 }
 
 fn masking(n: vec3f, wi: vec3f, alpha: f32) -> f32 {
-  if (alpha < MIRROR_ALPHA_MAX) { return 1.0; }
+  if (!HAS_ROUGH || alpha < MIRROR_ALPHA_MAX) { return 1.0; }
   return smith_g1(max(dot(n, wi), 1e-6), alpha);
 }
 
@@ -203,9 +212,9 @@ fn refract_through(bsdf: Bsdf, n: vec3f, h: vec3f, wo: vec3f, is_front: bool) ->
   if (bsdf.is_solid) {
     let eta = relative_ior(bsdf, is_front);
     let cos_h = dot(wo, h);
-    let sin2_t = (1.0 - cos_h * cos_h) / (eta * eta);
-    if (sin2_t >= 1.0) { return ABSORBED; }
-    wi = normalize(-wo / eta + h * (cos_h / eta - sqrt(1.0 - sin2_t)));
+    let cos2_t = (eta * eta - 1.0 + cos_h * cos_h) / (eta * eta);
+    if (cos2_t <= 0.0) { return ABSORBED; }
+    wi = normalize(-wo / eta + h * (cos_h / eta - sqrt(cos2_t)));
     if (dot(wi, n) >= 0.0) { return ABSORBED; }
   }
   return Scatter(wi, bsdf.transmission * masking(-n, wi, bsdf.alpha), true);

@@ -1,9 +1,12 @@
 //! use eye, photon_paths, photon_map, coverage
-// Light that photons bring to each visible point, estimated from their density on the surface.
+// Light that photons of one class bring to each visible point, estimated from their density on the surface.
 // Source: Jensen 1996, section 3.2, with an Epanechnikov kernel of two dimensions; normals are tested before a photon counts, so
 // that the far side of a thin wall stays dark. Where only a part of the disc lies on the surface, photons beyond it don't count, and
 // the kernel is normalised over that part (shaders/coverage.wgsl).
 // Limits: a photon counts only within `flatness` radii of the tangent plane.
+
+/// GLOBAL or CAUSTIC: each class has its own pass.
+override CLASS: u32 = 0u;
 
 @group(1) @binding(1) var<storage, read_write> visible_points_: array<VisiblePoint>;
 @group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
@@ -30,13 +33,31 @@ fn kernel_at(receiver: Receiver, photon: vec3f, packed_normal: u32, inverse_radi
   return select(0.0, kernel, counts);
 }
 
-/// Reflected radiance before the division by the count of emitted paths, W/(m2 sr).
-fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
-  let dimensions = vec3i(photon_map.grids[class_].dimensions);
-  let cell = grid_cell(class_, receiver.position);
+/// The photons of three neighbouring cells along x: the first, and the one after the last.
+fn run_of_cells(x_first: i32, x_last: i32, y: i32, z: i32) -> vec2u {
+  let dimensions = vec3i(photon_map.grids[CLASS].dimensions);
+  if (x_first > x_last || y < 0 || z < 0 || y >= dimensions.y || z >= dimensions.z) { return vec2u(0u); }
+  return vec2u(cell_counts[cell_key(CLASS, vec3i(x_first, y, z))], cell_counts[cell_key(CLASS, vec3i(x_last, y, z)) + 1u]);
+}
+
+/// Whether any photon lies in the cells around a point: most points see no caustic, and need no look at their surroundings for it.
+fn has_photons_near(position: vec3f) -> bool {
+  let cell = grid_cell(CLASS, position);
   let x_first = max(cell.x - 1, 0);
-  let x_last = min(cell.x + 1, dimensions.x - 1);
-  if (x_first > x_last) { return vec3f(0.0); }
+  let x_last = min(cell.x + 1, i32(photon_map.grids[CLASS].dimensions.x) - 1);
+  var count = 0u;
+  for (var row = 0; row < 9; row++) {
+    let run = run_of_cells(x_first, x_last, cell.y + row % 3 - 1, cell.z + row / 3 - 1);
+    count += run.y - run.x;
+  }
+  return count > 0u;
+}
+
+/// Reflected radiance before the division by the count of emitted paths, W/(m2 sr).
+fn gather(receiver: Receiver, radius_m: f32) -> vec3f {
+  let cell = grid_cell(CLASS, receiver.position);
+  let x_first = max(cell.x - 1, 0);
+  let x_last = min(cell.x + 1, i32(photon_map.grids[CLASS].dimensions.x) - 1);
   let inverse_radius2 = 1.0 / (radius_m * radius_m);
   let plane_reach_m = photon_map.flatness * radius_m;
   let is_lambert = !(HAS_SPECULAR && reflects(receiver.bsdf));
@@ -47,11 +68,9 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
   var sum = vec3f(0.0);
   for (var dz = -1; dz <= 1; dz++) {
     for (var dy = -1; dy <= 1; dy++) {
-      let y = cell.y + dy;
-      let z = cell.z + dz;
-      if (y < 0 || z < 0 || y >= dimensions.y || z >= dimensions.z) { continue; }
-      let first = cell_counts[cell_key(class_, vec3i(x_first, y, z))];
-      let last = cell_counts[cell_key(class_, vec3i(x_last, y, z)) + 1u];
+      let run = run_of_cells(x_first, x_last, cell.y + dy, cell.z + dz);
+      let first = run.x;
+      let last = run.y;
       // Bare Lambert reflects all photons alike: its BSDF comes out of the sum. Three loops, two of them empty, because software drivers
       // compute both sides of a branch but leave a loop that nobody needs.
       let whole_last = select(first, last, is_lambert && !receiver.is_cut);
@@ -86,15 +105,15 @@ fn gather(class_: u32, receiver: Receiver, radius_m: f32) -> vec3f {
 fn density_estimate(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
   @builtin(local_invocation_index) local: u32) {
   let slot = eye_thread(group, groups, local);
-  if (slot >= 2u * band_pixel_count()) { return; }
+  if (slot >= slots_a_pixel() * band_pixel_count()) { return; }
   let point = visible_points_[slot];
-  if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u) { return; }
+  if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u || !has_photons_near(point.position)) { return; }
   let scale = radius_scale_at(pixel_centre_eccentricity_rad(slot % band_pixel_count()));
   let geometric_normal = unpack_direction(point.packed_geometric_normal);
-  let is_cut = find_cut(point.position, geometric_normal, photon_map.global_radius_m * scale);
+  let radius_m = select(photon_map.global_radius_m, photon_map.caustic_radius_m, CLASS == CAUSTIC) * scale;
+  let is_cut = find_cut(point.position, geometric_normal, radius_m);
   let receiver = Receiver(point.position, unpack_direction(point.packed_normal), geometric_normal,
                           unpack_direction(point.packed_wo), bsdf_of(point), is_cut);
-  let sum = gather(GLOBAL, receiver, photon_map.global_radius_m * scale)
-    + gather(CAUSTIC, receiver, photon_map.caustic_radius_m * scale);
+  let sum = gather(receiver, radius_m);
   slot_radiance[slot] += vec4f(point.throughput * sum / f32(counters.emitted), 0.0);
 }

@@ -15,7 +15,7 @@ fn reflected(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f, light_kind: u32) -> vec
   if (cos_i <= 0.0) { return vec3f(0.0); }
   var f = vec3f(0.0);
   if (DIRECT_TO_GATHERED) { f = gathered_bsdf(bsdf, n, wo, wi); }
-  if (HAS_SPECULAR && light_kind != LIGHT_TRIANGLE && bsdf.alpha < GATHERED_ALPHA_MIN) { f += ggx_reflection(bsdf, n, wo, wi); }
+  if (HAS_DELTA_LIGHTS && HAS_SPECULAR && light_kind != LIGHT_TRIANGLE && bsdf.alpha < GATHERED_ALPHA_MIN) { f += ggx_reflection(bsdf, n, wo, wi); }
   return f * cos_i;
 }
 
@@ -23,8 +23,7 @@ fn reflected(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f, light_kind: u32) -> vec
 fn direct_light(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
   @builtin(local_invocation_index) local: u32) {
   let slot = eye_thread(group, groups, local);
-  if (slot >= 2u * band_pixel_count()) { return; }
-  slot_radiance[slot] = vec4f(0.0);
+  if (slot >= slots_a_pixel() * band_pixel_count()) { return; }
   let point = visible_points_[slot];
   if (!any(point.throughput > vec3f(0.0)) || scene.light_count == 0u) { return; }
   let bsdf = bsdf_of(point);
@@ -72,5 +71,5 @@ fn direct_light(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) gr
       sum += kept * (weight_sum / (kept_target * f32(eye.light_candidates)));
     }
   }
-  slot_radiance[slot] = vec4f(point.throughput * sum / f32(eye.shadow_rays), 0.0);
+  slot_radiance[slot] += vec4f(point.throughput * sum / f32(eye.shadow_rays), 0.0);
 }

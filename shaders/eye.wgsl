@@ -1,7 +1,7 @@
 //! use threads, random, bsdf
 // What the eye passes share: the eye, its gaze, the band of rows at work, and the visible points.
 // A visible point is where an eye path meets a surface whose reflected light is gathered. A pixel has two slots: the first vertex at
-// which a path could go two ways sends it both ways; later ones choose one way at random.
+// which a path could go two ways sends it both ways; later ones choose one way at random. Where nothing is specular one slot does.
 // Regions: eccentricity is the true angle between a pixel's ray and the gaze ray (src/fovea/region.rs has the same formula).
 
 struct EyeUniform {
@@ -29,6 +29,11 @@ struct EyeUniform {
 
 @group(1) @binding(0) var<uniform> eye: EyeUniform;
 
+/// Whether eye paths go on beyond the first surface.
+override HAS_CHAINS: bool = true;
+/// Sharp highlights of lights without extent are found at visible points, as no ray meets such a light.
+override HAS_DELTA_LIGHTS: bool = true;
+
 /// Threads between which the device parts a dispatch in equal runs of workgroups; 1 on a GPU, which hands them out one by one.
 override RUNS: u32 = 1;
 
@@ -41,6 +46,9 @@ fn eye_thread(group: vec3u, groups: vec3u, local: u32) -> u32 {
 }
 
 fn band_pixel_count() -> u32 { return eye.size.x * eye.row_count; }
+
+/// Visible points that a pixel may have; those of slot 1 lie behind all of slot 0.
+fn slots_a_pixel() -> u32 { return select(1u, 2u, HAS_CHAINS); }
 
 /// Unit direction in view space through the image point `pixel` (in pixels, row 0 at the top).
 fn dir_in_view(pixel: vec2f) -> vec3f {

@@ -4,7 +4,9 @@
 // Source: KHR_lights_punctual's reference falloff; alias method after Vose, 1991; built by src/scene/light_table.rs.
 
 override HAS_AREA_LIGHTS: bool = true;
-override HAS_PUNCTUAL_LIGHTS: bool = true;
+override HAS_POINT_LIGHTS: bool = true;
+override HAS_SPOT_LIGHTS: bool = true;
+override HAS_DIRECTIONAL_LIGHTS: bool = true;
 
 struct Light {
   position: vec3f,          // triangle: first corner
@@ -48,7 +50,7 @@ fn triangle_sample(u: vec2f) -> vec2f {
 }
 
 fn emission_at(light: Light, b: vec2f) -> vec3f {
-  if (!HAS_TEXTURES || light.emission_texture < 0) { return light.emission; }
+  if (!HAS_EMISSION_TEXTURES || light.emission_texture < 0) { return light.emission; }
   let t0 = load_triangle_texcoords(light.triangle * 3u);
   let t1 = load_triangle_texcoords(light.triangle * 3u + 1u);
   let t2 = load_triangle_texcoords(light.triangle * 3u + 2u);
@@ -63,7 +65,7 @@ struct LightSample {
 
 /// One sample of `light` seen from `point`, without visibility.
 fn sample_light(light: Light, point: vec3f, u: vec2f) -> LightSample {
-  if (HAS_PUNCTUAL_LIGHTS && light.kind == LIGHT_DIRECTIONAL) {
+  if (HAS_DIRECTIONAL_LIGHTS && light.kind == LIGHT_DIRECTIONAL) {
     return LightSample(-light.edge1, 4.0 * scene.bounds_radius_m, light.emission);
   }
   if (HAS_AREA_LIGHTS && light.kind == LIGHT_TRIANGLE) {
@@ -77,11 +79,12 @@ fn sample_light(light: Light, point: vec3f, u: vec2f) -> LightSample {
     let irradiance = emission_at(light, b) * (max(cos_light, 0.0) * light.area_m2 / max(distance2, 1e-20));
     return LightSample(direction, distance_m, irradiance);
   }
+  if (!HAS_POINT_LIGHTS && !HAS_SPOT_LIGHTS) { return LightSample(vec3f(0.0, 0.0, 1.0), 1.0, vec3f(0.0)); }
   let to_light = light.position - point;
   let distance2 = max(dot(to_light, to_light), 1e-20);
   let direction = to_light * inverseSqrt(distance2);
   var irradiance = light.emission / distance2;
-  if (light.kind == LIGHT_SPOT) { irradiance *= spot_falloff(light, -dot(direction, light.edge1)); }
+  if (HAS_SPOT_LIGHTS && light.kind == LIGHT_SPOT) { irradiance *= spot_falloff(light, -dot(direction, light.edge1)); }
   return LightSample(direction, sqrt(distance2), irradiance);
 }
 
@@ -104,13 +107,13 @@ fn emit_photon(light: Light, u_position: vec2f, u_direction: vec2f, u_side: f32)
     return Emitted(leave_surface(position, normal, direction), direction,
                    emission_at(light, b) * (PI * light.area_m2 * sides * weight));
   }
-  if (light.kind == LIGHT_DIRECTIONAL) {
+  if (HAS_DIRECTIONAL_LIGHTS && light.kind == LIGHT_DIRECTIONAL) {
     let frame = frame_around(light.edge1);
     let p = disk_sample(u_position) * scene.bounds_radius_m;
     let origin = scene.bounds_center + frame[0] * p.x + frame[1] * p.y - light.edge1 * scene.bounds_radius_m;
     return Emitted(origin, light.edge1, light.emission * (PI * scene.bounds_radius_m * scene.bounds_radius_m * weight));
   }
-  if (light.kind == LIGHT_SPOT) {
+  if (HAS_SPOT_LIGHTS && light.kind == LIGHT_SPOT) {
     let local = cap_sample(u_direction, light.spot_cos_outer);
     let solid_angle = 2.0 * PI * (1.0 - light.spot_cos_outer);
     return Emitted(light.position, frame_around(light.edge1) * local,

@@ -3,6 +3,8 @@
 // Source: Jensen 1996; Russian roulette by the ratio of throughputs, so that photons keep about equal flux.
 // Limits: no barriers here: on software drivers they would turn every live value of the traversal into memory traffic.
 
+/// Whether light gathered by mirrors and glass is told from the rest, to be estimated more sharply.
+override HAS_CAUSTICS: bool = true;
 /// All light from photon density: photons straight from a light are stored too.
 override STORE_DIRECT: bool = false;
 
@@ -21,14 +23,14 @@ fn bounce(index: u32) -> u32 {
   let wo = -path.direction;
   let n = surface.shading_normal;
   var medium = path.state & NO_MEDIUM;
-  if (HAS_TRANSMISSION && medium != NO_MEDIUM) {
+  if (HAS_ABSORPTION && medium != NO_MEDIUM) {
     path.flux_w *= exp(-materials[medium].absorption * hit.t);
   }
   let has_diffused = (path.state & PATH_DIFFUSED) != 0u;
   var flags = 0u;
   if (stores_photons(surface.material) && (STORE_DIRECT || tracing.bounce > 0u)) {
     staged[index] = Photon(surface.position, pack_direction(wo), path.flux_w, pack_normal(surface.geometric_normal));
-    flags = LEAVES_PHOTON | select(0u, IS_CAUSTIC, tracing.bounce > 0u && !has_diffused);
+    flags = LEAVES_PHOTON | select(0u, IS_CAUSTIC, HAS_CAUSTICS && tracing.bounce > 0u && !has_diffused);
   }
   if (tracing.bounce + 1u >= tracing.depth_max) { return flags; }
 

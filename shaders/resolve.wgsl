@@ -11,7 +11,8 @@ fn resolve(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
   let band_pixel = eye_thread(group, groups, local);
   if (band_pixel >= band_pixel_count()) { return; }
   let seen = seen_emission[band_pixel];
-  let radiance = seen.rgb + slot_radiance[band_pixel].rgb + slot_radiance[band_pixel + band_pixel_count()].rgb;
+  var radiance = seen.rgb;
+  for (var slot = 0u; slot < slots_a_pixel(); slot++) { radiance += slot_radiance[band_pixel + slot * band_pixel_count()].rgb; }
   let index = eye.first_row * eye.size.x + band_pixel;
   store_image(index, load_image(index) + select(vec4f(0.0), vec4f(radiance, 1.0), seen.a > 0.0));
 }

@@ -2,7 +2,8 @@
 // Laid out by src/scene/gpu_scene.rs; tests/shader_layout.rs compares the structs with the host's.
 
 override HAS_OBJECTS: bool = true;
-override HAS_TEXTURES: bool = true;
+override HAS_TEXCOORDS: bool = true;
+override HAS_EMISSION_TEXTURES: bool = true;
 
 struct SceneUniform {
   bounds_center: vec3f,
@@ -10,7 +11,7 @@ struct SceneUniform {
   ray_offset_m: f32,
   light_count: u32,
   object_count: u32,
-  padding: u32,
+  delta_light_count: u32,   // lights without extent, of light_count
 }
 
 struct Material {

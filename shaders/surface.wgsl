@@ -52,7 +52,7 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
     if (is_moving) { surface.shading_normal = affine_normal(objects[hit.object].object_from_scene, surface.shading_normal); }
   }
   if (is_moving) { surface.position = affine_point(objects[hit.object].scene_from_object, surface.position); }
-  if (HAS_TEXTURES) {
+  if (HAS_TEXCOORDS) {
     let t0 = load_triangle_texcoords(index * 3u);
     let t1 = load_triangle_texcoords(index * 3u + 1u);
     let t2 = load_triangle_texcoords(index * 3u + 2u);

@@ -3,11 +3,9 @@
 // Source: Jensen 1996, section 3.1; visible points as in Hachisuka et al., "Progressive Photon Mapping", 2008.
 // Limits: `chain_max` traced vertices; what lies beyond is black.
 
-/// Sharp highlights of punctual lights need a visible point on every surface that is not a perfect mirror.
-override HAS_DELTA_LIGHTS: bool = true;
-
 @group(1) @binding(1) var<storage, read_write> visible_points_: array<VisiblePoint>;
 @group(1) @binding(2) var<storage, read_write> seen_emission: array<vec4f>;
+@group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
 
 struct Chain {
   ray: Ray,
@@ -30,8 +28,10 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
   let band_pixel = eye_thread(group, groups, local);
   if (band_pixel >= band_pixel_count()) { return; }
   let pixel = vec2u(band_pixel % eye.size.x, eye.first_row + band_pixel / eye.size.x);
-  visible_points_[band_pixel].throughput = vec3f(0.0);
-  visible_points_[band_pixel + band_pixel_count()].throughput = vec3f(0.0);
+  for (var slot = 0u; slot < slots_a_pixel(); slot++) {
+    visible_points_[band_pixel + slot * band_pixel_count()].throughput = vec3f(0.0);
+    slot_radiance[band_pixel + slot * band_pixel_count()] = vec4f(0.0);
+  }
   seen_emission[band_pixel] = vec4f(0.0);
   if (eye.sample >= samples_at(pixel_centre_eccentricity_rad(band_pixel))) { return; }
 
@@ -47,7 +47,7 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
   var other_way = chain;
   var has_other_way = false;
   var has_branched = false;
-  for (var slot = 0u; slot < 2u; slot++) {
+  for (var slot = 0u; slot < slots_a_pixel(); slot++) {
     if (slot == 1u) {
       if (!has_other_way) { break; }
       chain = other_way;
@@ -59,7 +59,7 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
       let bsdf = bsdf_at(surface);
       let wo = -chain.ray.direction;
       let n = surface.shading_normal;
-      if (HAS_TRANSMISSION && chain.medium != NO_SOLID) { chain.throughput *= exp(-materials[chain.medium].absorption * hit.t); }
+      if (HAS_ABSORPTION && chain.medium != NO_SOLID) { chain.throughput *= exp(-materials[chain.medium].absorption * hit.t); }
       emission += chain.throughput * bsdf.emission;
 
       let u = random_next4(&random);
@@ -77,7 +77,7 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
         let reflected = luminance(schlick(bsdf.f0, bsdf.f90, cos_o));
         if (gathers_reflection(bsdf)) { likelihood.x += reflected; } else {
           likelihood.y = reflected;
-          if (HAS_DELTA_LIGHTS && bsdf.alpha >= MIRROR_ALPHA_MAX) { likelihood.x = max(likelihood.x, 0.1 * reflected); }
+          if (HAS_DELTA_LIGHTS && scene.delta_light_count > 0u && bsdf.alpha >= MIRROR_ALPHA_MAX) { likelihood.x = max(likelihood.x, 0.1 * reflected); }
         }
       }
       let way_count = dot(vec3u(likelihood > vec3f(0.0)), vec3u(1u));

@@ -16,7 +16,7 @@ use crate::params::Params;
 use crate::scene::bvh::SceneCaster;
 use crate::scene::gpu_scene::GpuScene;
 use crate::scene::{Scene, ScenePose};
-use crate::technique::{FrameSettings, Start, Statistics, Technique, TechniqueEntry};
+use crate::technique::{self, FrameSettings, Start, Statistics, Technique, TechniqueEntry};
 use crate::view::{Pose, View};
 
 /// What a frame starts from. Poses are in the session's play space (OpenXR's LOCAL).
@@ -55,12 +55,16 @@ pub struct FrameOutcome {
     pub statistics: Statistics,
 }
 
+/// Name of the stage that moves objects and lights, as the timings give it; only scenes with motion have it.
+pub const MOTION: &str = "scene motion";
+
 /// Everything that stays from frame to frame.
 pub struct FrameRenderer<'a> {
     gpu: &'a GpuDevice,
     scene: &'a Scene,
     caster: &'a SceneCaster,
     on_gpu: GpuScene,
+    has_motion: bool,
     params: Params,
     scene_from_local: Pose,
     gaze: GazeSource,
@@ -80,17 +84,19 @@ impl<'a> FrameRenderer<'a> {
         scene: &'a Scene,
         caster: &'a SceneCaster,
         params: &Params,
-        technique: &TechniqueEntry,
+        entry: &TechniqueEntry,
         size: [u32; 2],
         format: wgpu::TextureFormat,
     ) -> Result<Self, GpuError> {
         let pose = scene.pose_at(0.0);
         let on_gpu = GpuScene::new(gpu, scene, caster, &pose)?;
-        let technique = (technique.start)(&Start {
+        let effects = technique::effects(scene, params);
+        let technique = (entry.start)(&Start {
             gpu,
             scene,
             caster,
             on_gpu: &on_gpu,
+            effects,
             params,
             size: (size[0], size[1]),
         })?;
@@ -101,6 +107,7 @@ impl<'a> FrameRenderer<'a> {
             scene,
             caster,
             on_gpu,
+            has_motion: effects.has_motion(),
             params: params.clone(),
             scene_from_local: viewer_place(scene, params),
             gaze: GazeSource::live(gaze_params(params)),
@@ -122,13 +129,16 @@ impl<'a> FrameRenderer<'a> {
     ) -> Result<FrameOutcome, GpuError> {
         let started = Instant::now();
         let pose = self.scene.pose_at(input.scene_time_s);
-        self.on_gpu.set_pose(self.gpu, &pose);
         let gaze = self.gaze.update(input.display_time_ns, input.gaze.as_ref());
         let fixation = self.fixation(input, &gaze, &pose);
         let regions = regions(&self.params).widened(gaze.widening_rad);
         let eyes = [0, 1].map(|eye| self.eye_settings(input, eye, &fixation, &regions));
 
         let mut recorder = Recorder::new(self.gpu, &mut self.timer);
+        if self.has_motion {
+            let move_scene = || self.on_gpu.set_pose(self.gpu, &pose);
+            recorder.on_host(MOTION, move_scene);
+        }
         self.technique.prepare(
             &mut recorder,
             &FrameSettings {

@@ -225,6 +225,12 @@ knobs! {
     path: Path {
         /// Paths a pixel in a pass of `render`, or in a frame of a session; the regions of the eye are all alike to it.
         samples: u32 = 16, 1, 65_536, "paths", "a few seconds a pass at 256x256 on two cores";
+        /// Most surfaces that scatter light on its way from lamp to eye; 0: as many as chance allows.
+        depth_max: u32 = 0, 0, 1_000_000, "surfaces", "unbiased; references of others stop at 64 or so";
+        /// Photons a pass for what no path meets: light from point, spot and directional lights by way of mirrors and smooth glass.
+        caustic_photons: u32 = 1_000_000, 0, 100_000_000, "photons", "a few seconds a pass on two cores; none are traced where nothing is specular";
+        /// Radius over which these photons are counted; 0: a thousandth of the scene's diagonal.
+        caustic_radius_m: f32 = 0.0, 0.0, 1e6, "m", "about a pixel of a picture 500 pixels wide";
     }
     /// The regions around the gaze, and what each gets.
     fovea: Fovea {
@@ -264,6 +270,11 @@ knobs! {
         widening_max_deg: f32 = 20.0, 0.0, 60.0, "degrees", "covers most of what a head looks at";
         /// Where the eyes aim when the gaze meets nothing.
         default_distance_m: f32 = 2.0, 0.1, 1000.0, "m", "beyond it the eyes differ by less than 1.8 degrees";
+    }
+    /// What is simulated: by itself, what the scene calls for.
+    effects: EffectChoice {
+        /// 1: run every effect, called for or not, to see what leaving out saves; the picture stays the same.
+        all: u32 = 0, 0, 1, "0 or 1", "leaving out what a scene does not call for costs nothing";
     }
     /// Showing pictures.
     display: Display {

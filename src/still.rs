@@ -11,8 +11,9 @@ use crate::gpu::{GpuDevice, GpuError};
 use crate::image::LinearImage;
 use crate::params::Params;
 use crate::scene::ScenePose;
+use crate::scene::effects::Effects;
 use crate::scene::loaded::LoadedScene;
-use crate::technique::{FrameSettings, Start, Statistics, Technique, TechniqueEntry};
+use crate::technique::{self, FrameSettings, Start, Statistics, Technique, TechniqueEntry};
 use crate::view::View;
 
 /// A picture in the making.
@@ -37,17 +38,35 @@ impl<'a> Still<'a> {
         gpu: &'a GpuDevice,
         scene: &'a LoadedScene,
         params: &Params,
-        technique: &TechniqueEntry,
+        entry: &TechniqueEntry,
         view: View,
         size: (u32, u32),
         gaze_dir_in_view: Option<Vec3>,
     ) -> Result<Self, GpuError> {
         let eye = EyeSettings::new(params, view, gaze_dir_in_view);
-        let technique = (technique.start)(&Start {
+        let effects = technique::effects(&scene.scene, params);
+        Self::with_effects(gpu, scene, params, entry, eye, size, effects)
+    }
+
+    /// Prepares a picture of `size` for an eye as told, with the effects as told.
+    ///
+    /// # Errors
+    /// [`GpuError`] when a buffer can't be made.
+    pub fn with_effects(
+        gpu: &'a GpuDevice,
+        scene: &'a LoadedScene,
+        params: &Params,
+        entry: &TechniqueEntry,
+        eye: EyeSettings,
+        size: (u32, u32),
+        effects: Effects,
+    ) -> Result<Self, GpuError> {
+        let technique = (entry.start)(&Start {
             gpu,
             scene: &scene.scene,
             caster: &scene.caster,
             on_gpu: &scene.on_gpu,
+            effects,
             params,
             size,
         })?;

@@ -24,6 +24,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "effect_cost",
+        &["gather", "gpu", "params", "scene", "still", "technique"],
+    ),
+    (
         "still",
         &[
             "gather",

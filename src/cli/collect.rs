@@ -270,7 +270,7 @@ impl Collector {
             subtitle: heading.subtitle.clone(),
             picture_size: self.picture_size,
             frames: self.frames,
-            effects: Effects::report(scene)
+            effects: Effects::report(scene, self.params.gather.glossy_alpha_min)
                 .into_iter()
                 .map(|effect| report::Effect {
                     name: effect.effect.into(),

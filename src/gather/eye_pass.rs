@@ -1,5 +1,5 @@
-//! The passes of one eye: visible points, direct light, density estimate, resolve; sample by sample, in bands of rows, so that the
-//! buffers of visible points stay small whatever the image's size.
+//! The passes of one eye: visible points, direct light, density and caustic estimate, resolve, as far as they are called for; sample by
+//! sample, in bands of rows, so that the buffers of visible points stay small whatever the image's size.
 
 use std::f32::consts::PI;
 
@@ -12,14 +12,28 @@ use crate::gpu::resources::{self, SplitArray};
 use crate::gpu::shader::stages;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
-use crate::photon::{PhotonMap, PhotonTracer};
+use crate::photon::{PhotonClass, PhotonMap, PhotonTracer};
+use crate::scene::effects::Effects;
 use crate::scene::gpu_scene::GpuScene;
 use crate::view::{Fov, View};
 
-/// Slots of visible points a pixel (shaders/eye.wgsl).
-const SLOTS: u32 = 2;
 /// Threads in a workgroup of the eye passes.
 const GROUP: u32 = 64;
+/// Names of the passes, as the timings give them.
+pub const VISIBLE_POINTS: &str = "visible points";
+/// See [`VISIBLE_POINTS`].
+pub const DIRECT_LIGHT: &str = "direct light";
+/// See [`VISIBLE_POINTS`].
+pub const RESOLVE: &str = "resolve";
+
+/// The name of the pass that gathers a class of photons.
+pub fn estimate_of(class: PhotonClass) -> &'static str {
+    match class {
+        PhotonClass::Global => "density estimate",
+        PhotonClass::Caustic => "caustic estimate",
+    }
+}
+
 /// Most bytes that a band's visible points take.
 const BAND_BYTES: u64 = 64 << 20;
 
@@ -88,12 +102,21 @@ impl EyeSettings {
     }
 }
 
+/// What lights an eye's visible points.
+#[derive(Clone, Copy)]
+pub struct EyeLight<'a> {
+    /// Whether shadow rays bring light.
+    pub by_shadow_rays: bool,
+    /// Photons, by the store and the map that hold them.
+    pub photons: Option<(&'a PhotonTracer, &'a PhotonMap)>,
+}
+
 /// Buffers and kernels of the eye passes for one image size.
 pub struct EyePass {
     uniforms: UniformSequence,
     visible_points: BoundKernel,
-    direct_light: BoundKernel,
-    density_estimate: BoundKernel,
+    /// What adds light at each slot, with the name of its pass.
+    light: Vec<(&'static str, BoundKernel)>,
     resolve: Kernel,
     seen_emission: wgpu::Buffer,
     slot_radiance: wgpu::Buffer,
@@ -101,54 +124,69 @@ pub struct EyePass {
     height: u32,
     band_rows: u32,
     samples_max: u32,
+    /// Visible points that a pixel may have (shaders/eye.wgsl).
+    slots: u32,
     /// See `RUNS` in eye.wgsl.
     runs: u32,
 }
 
 impl EyePass {
-    /// Prepares images of `width` × `height` with at most `samples_max` samples a pixel.
+    /// Prepares images of `width` × `height` with at most `samples_max` samples a pixel; `constants` are the shaders'.
     ///
     /// # Errors
     /// [`GpuError`] when a buffer can't be made.
     pub fn new(
         gpu: &GpuDevice,
         scene: &GpuScene,
-        tracer: &PhotonTracer,
-        map: &PhotonMap,
+        light: &EyeLight<'_>,
+        effects: &Effects,
         constants: &Constants,
         (width, height): (u32, u32),
         samples_max: u32,
     ) -> Result<Self, GpuError> {
-        let row_bytes = u64::from(width) * u64::from(SLOTS) * size_of::<VisiblePoint>() as u64;
+        let slots_a_pixel = if effects.has_chains() { 2 } else { 1 };
+        let row_bytes =
+            u64::from(width) * u64::from(slots_a_pixel) * size_of::<VisiblePoint>() as u64;
         let band_rows = (BAND_BYTES / row_bytes).clamp(1, u64::from(height.max(1))) as u32;
         let pixels = u64::from(width) * u64::from(band_rows);
-        let slots = pixels * u64::from(SLOTS);
+        let slots = pixels * u64::from(slots_a_pixel);
         let bands = height.div_ceil(band_rows);
         let uniforms = UniformSequence::new::<EyeUniform>(gpu, "eye", bands * samples_max);
         let points = resources::storage::<VisiblePoint>(gpu, "visible_points_", slots)?;
         let seen_emission = resources::storage::<[f32; 4]>(gpu, "seen_emission", pixels)?;
         let slot_radiance = resources::storage::<[f32; 4]>(gpu, "slot_radiance", slots)?;
-        let bound = scene
+        let mut bound = scene
             .resources()
-            .with_all(tracer.resources())
-            .with_all(map.resources())
             .with("eye", uniforms.buffer())
             .with("visible_points_", &points)
             .with("seen_emission", &seen_emission)
             .with("slot_radiance", &slot_radiance);
+        if let Some((tracer, map)) = light.photons {
+            bound = bound.with_all(tracer.resources()).with_all(map.resources());
+        }
+        let photon_chunks = light.photons.map_or(1, |(tracer, _)| tracer.chunks());
         let image_chunks =
             SplitArray::chunk_count::<[f32; 4]>(u64::from(width) * u64::from(height));
         let size_of_name = |array: &str| match array {
             "image" => image_chunks,
-            _ => scene.shader_size(array).unwrap_or(tracer.chunks()),
+            _ => scene.shader_size(array).unwrap_or(photon_chunks),
         };
         let runs = gpu.equal_runs();
         let constants = [constants, &[("RUNS", f64::from(runs))]].concat();
         let kernel = |stage| Kernel::new(gpu, stage, &constants, &size_of_name);
+        let mut light_passes = Vec::new();
+        if light.by_shadow_rays {
+            let bound = kernel(stages::direct_light)?.bind(gpu, &bound)?;
+            light_passes.push((DIRECT_LIGHT, bound));
+        }
+        for class in light.photons.iter().flat_map(|(_, map)| map.classes()) {
+            let constants = [constants.as_slice(), &[("CLASS", class.number())]].concat();
+            let kernel = Kernel::new(gpu, stages::density_estimate, &constants, &size_of_name)?;
+            light_passes.push((estimate_of(*class), kernel.bind(gpu, &bound)?));
+        }
         Ok(Self {
             visible_points: kernel(stages::visible_points)?.bind(gpu, &bound)?,
-            direct_light: kernel(stages::direct_light)?.bind(gpu, &bound)?,
-            density_estimate: kernel(stages::density_estimate)?.bind(gpu, &bound)?,
+            light: light_passes,
             resolve: kernel(stages::resolve)?,
             uniforms,
             seen_emission,
@@ -157,6 +195,7 @@ impl EyePass {
             height,
             band_rows,
             samples_max,
+            slots: slots_a_pixel,
             runs,
         })
     }
@@ -181,13 +220,11 @@ impl EyePass {
         for (index, value) in values.iter().enumerate() {
             let pixels = (value.row_count * self.width).next_multiple_of(GROUP * self.runs);
             self.uniforms.select(recorder, index as u32);
-            recorder.pass("visible points", &[(&self.visible_points, pixels)]);
-            recorder.pass("direct light", &[(&self.direct_light, pixels * SLOTS)]);
-            recorder.pass(
-                "density estimate",
-                &[(&self.density_estimate, pixels * SLOTS)],
-            );
-            recorder.pass("resolve", &[(&resolve, pixels)]);
+            recorder.pass(VISIBLE_POINTS, &[(&self.visible_points, pixels)]);
+            for (name, kernel) in &self.light {
+                recorder.pass(name, &[(kernel, pixels * self.slots)]);
+            }
+            recorder.pass(RESOLVE, &[(&resolve, pixels)]);
             recorder.submit();
         }
         Ok(())

@@ -5,5 +5,5 @@ pub mod eye_pass;
 pub mod host_samples;
 
 pub use eye_image::EyeImage;
-pub use eye_pass::{EyePass, EyeSettings};
+pub use eye_pass::{EyeLight, EyePass, EyeSettings};
 pub use host_samples::HostSamples;

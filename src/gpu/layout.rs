@@ -55,7 +55,7 @@ shared_struct! {
         ray_offset_m: f32,
         light_count: u32,
         object_count: u32,
-        padding: u32,
+        delta_light_count: u32,
     }
 }
 

@@ -70,11 +70,12 @@ pub struct Sample {
 /// Unpolarised Fresnel reflectance of a dielectric with the far side's index over the near side's; 1 beyond total reflection.
 pub fn fresnel(cos_theta: f64, ior: f64) -> f64 {
     let cos_i = cos_theta.clamp(0.0, 1.0);
-    let sin2_t = (1.0 - cos_i * cos_i) / (ior * ior);
-    if sin2_t >= 1.0 {
+    // Not by the sines: at an index of 1 grazing light would be reflected by rounding.
+    let cos2_t = (ior * ior - 1.0 + cos_i * cos_i) / (ior * ior);
+    if cos2_t <= 0.0 {
         return 1.0;
     }
-    let cos_t = (1.0 - sin2_t).sqrt();
+    let cos_t = cos2_t.sqrt();
     let s = (cos_i - ior * cos_t) / (cos_i + ior * cos_t);
     let p = (ior * cos_i - cos_t) / (ior * cos_i + cos_t);
     0.5 * (s * s + p * p)
@@ -308,8 +309,8 @@ impl Bsdf {
                 is_refracted: true,
             });
         }
-        let sin2_t = (1.0 - cos_h * cos_h) / (interface.ior * interface.ior);
-        let cos_t = (1.0 - sin2_t).max(0.0).sqrt();
+        let ior2 = interface.ior * interface.ior;
+        let cos_t = ((ior2 - 1.0 + cos_h * cos_h) / ior2).max(0.0).sqrt();
         let wi = (-wo / interface.ior + h * (cos_h / interface.ior - cos_t)).normalize();
         if n.dot(wi) >= 0.0 {
             return None;

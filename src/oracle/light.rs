@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::geometry::{Geometry, Surface};
+use super::geometry::{Geometry, Ray, Surface};
 use super::material;
 use super::random::Random;
 use crate::scene::{PunctualKind, PunctualLight, ScenePose};
@@ -27,6 +27,8 @@ pub(super) struct Lights {
     cumulative_w: Vec<f64>,
     /// Lights by moving object and triangle.
     of_triangle: HashMap<(Option<usize>, usize), usize>,
+    /// Middle of the scene over time, and a radius around it that holds all of it.
+    center: DVec3,
     reach_m: f64,
 }
 
@@ -41,6 +43,24 @@ pub(super) struct LightSample {
     pub density: Option<f64>,
 }
 
+/// Share of the intensity that a light sends out at an angle of this cosine from its axis (KHR_lights_punctual, "Inner and Outer Cone
+/// Angles").
+fn spot_falloff(kind: &PunctualKind, cos_angle: f64) -> f64 {
+    let PunctualKind::Spot {
+        inner_cone_rad,
+        outer_cone_rad,
+    } = kind
+    else {
+        return 1.0;
+    };
+    let (inner, outer) = (
+        f64::from(*inner_cone_rad).cos(),
+        f64::from(*outer_cone_rad).cos(),
+    );
+    let share = (cos_angle - outer) / (inner - outer).max(1e-3);
+    share.clamp(0.0, 1.0).powi(2)
+}
+
 fn area_m2([a, b, c]: [DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
@@ -53,6 +73,7 @@ impl Lights {
             lights: Vec::new(),
             cumulative_w: Vec::new(),
             of_triangle: HashMap::new(),
+            center: scene.bounds_over_time().center().as_dvec3(),
             reach_m,
         };
         for light in &pose.lights {
@@ -117,6 +138,64 @@ impl Lights {
             self.cumulative_w[light - 1]
         };
         (self.cumulative_w[light] - before) / self.cumulative_w[self.lights.len() - 1]
+    }
+
+    /// Whether some light has no extent.
+    pub fn has_punctual(&self) -> bool {
+        matches!(self.lights.first(), Some(Light::Punctual(_)))
+    }
+
+    /// A ray that leaves a light without extent, with its power over the probability of the ray, W; `None` where there is no such
+    /// light. They come first in the list.
+    pub fn emit(&self, random: &mut Random) -> Option<(Ray, DVec3)> {
+        let is_punctual = |light: &Light| matches!(light, Light::Punctual(_));
+        let count = self.lights.partition_point(is_punctual);
+        let total_w = *self.cumulative_w[..count].last()?;
+        let wanted_w = random.uniform() * total_w;
+        let index = self.cumulative_w[..count].partition_point(|sum| *sum <= wanted_w);
+        let index = index.min(count - 1);
+        let Light::Punctual(light) = &self.lights[index] else {
+            return None;
+        };
+        let all_w = self.cumulative_w[self.lights.len() - 1];
+        let intensity =
+            light.intensity.as_dvec3() * (total_w / (all_w * self.pick_probability(index)));
+        let axis = light.direction.as_dvec3().normalize_or(DVec3::NEG_Z);
+        let around_axis = |cos: f64, turn: f64| {
+            let (t, b) = axis.any_orthonormal_pair();
+            let sin = (1.0 - cos * cos).max(0.0).sqrt();
+            (t * turn.cos() + b * turn.sin()) * sin + axis * cos
+        };
+        let [u, v] = random.uniform2();
+        let turn = 2.0 * PI * v;
+        let position = light.position.as_dvec3();
+        Some(match light.kind {
+            PunctualKind::Point => {
+                let direction = around_axis(1.0 - 2.0 * u, turn);
+                let origin = position;
+                (Ray { origin, direction }, intensity * (4.0 * PI))
+            }
+            PunctualKind::Spot { outer_cone_rad, .. } => {
+                let height = 1.0 - f64::from(outer_cone_rad).cos();
+                let cos = 1.0 - u * height;
+                let direction = around_axis(cos, turn);
+                let falloff = spot_falloff(&light.kind, cos);
+                let origin = position;
+                (
+                    Ray { origin, direction },
+                    intensity * (falloff * 2.0 * PI * height),
+                )
+            }
+            PunctualKind::Directional => {
+                let (t, b) = axis.any_orthonormal_pair();
+                let r = self.reach_m * u.sqrt();
+                let aside = (t * turn.cos() + b * turn.sin()) * r;
+                let origin = self.center + aside - axis * self.reach_m;
+                let area_m2 = PI * self.reach_m * self.reach_m;
+                let direction = axis;
+                (Ray { origin, direction }, intensity * area_m2)
+            }
+        })
     }
 
     /// Density, 1/sr, with which [`Lights::sample`] at `from` finds the point of an emissive triangle that is seen at `surface`.
@@ -214,21 +293,7 @@ impl Lights {
         let to_light = light.position.as_dvec3() - point;
         let distance_m = to_light.length();
         let direction = to_light / distance_m;
-        let falloff = match light.kind {
-            PunctualKind::Spot {
-                inner_cone_rad,
-                outer_cone_rad,
-            } => {
-                // KHR_lights_punctual, "Inner and Outer Cone Angles".
-                let (inner, outer) = (
-                    f64::from(inner_cone_rad).cos(),
-                    f64::from(outer_cone_rad).cos(),
-                );
-                let share = (-direction.dot(axis) - outer) / (inner - outer).max(1e-3);
-                share.clamp(0.0, 1.0).powi(2)
-            }
-            _ => 1.0,
-        };
+        let falloff = spot_falloff(&light.kind, -direction.dot(axis));
         (falloff > 0.0 && distance_m > 0.0).then(|| LightSample {
             direction,
             distance_m,

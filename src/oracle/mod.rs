@@ -2,15 +2,17 @@
 //!
 //! It is slow and right. It shares the loaded scene with them and no code of light transport: not a formula of `photon/`, `gather/` or
 //! the shaders is used here. Source: Kajiya, "The Rendering Equation", 1986; multiple importance sampling after Veach, 1997, chapter 9.
-//! Limits: a path tracer can't see a point, spot or directional light through glass or mirrors, where photons can.
+//! Limits: where a light without extent shines through glass or by way of a mirror, which no path from the eye can meet, photons of its
+//! own ([`PathSettings::caustic_photons`]) blur that light over a small radius; everything else is unbiased.
 
 pub mod bsdf;
 pub mod random;
 
+mod caustics;
 mod geometry;
 mod light;
 mod material;
 mod path;
 
 pub use geometry::Ray;
-pub use path::Oracle;
+pub use path::{Oracle, PathSettings};

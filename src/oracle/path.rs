@@ -3,12 +3,13 @@
 use glam::{Affine3A, DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::caustics::Caustics;
 use super::geometry::{Geometry, Hit, Ray, Surface};
 use super::light::Lights;
 use super::material;
 use super::random::Random;
 use crate::scene::bvh::SceneCaster;
-use crate::scene::{Scene, ScenePose};
+use crate::scene::{Material, Scene, ScenePose};
 use crate::view::Fov;
 
 /// Surfaces that a path meets before chance may end it.
@@ -16,10 +17,30 @@ const SURE_SURFACES: u32 = 4;
 /// Most cut-out layers that a ray passes.
 const MAX_CUT_OUTS: u32 = 4096;
 
+/// The radius of [`PathSettings::caustic_radius_m`] where it is left open, as a share of the scene's diagonal.
+const CAUSTIC_RADIUS: f64 = 1e-3;
+
+/// How paths are traced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathSettings {
+    /// Paths a pixel.
+    pub samples: u32,
+    /// Most surfaces that scatter light on its way from lamp to eye; 0: as many as chance allows.
+    pub depth_max: u32,
+    /// Photons for light from lamps without extent by way of mirrors and smooth glass, where the scene has both.
+    pub caustic_photons: u32,
+    /// Radius over which these are counted, metres; 0: a thousandth of the scene's diagonal.
+    pub caustic_radius_m: f64,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Number of the frame or pass.
+    pub frame: u32,
+}
+
 /// A scene at one time, ready to be asked for radiance.
 pub struct Oracle<'a> {
-    geometry: Geometry<'a>,
-    lights: Lights,
+    pub(super) geometry: Geometry<'a>,
+    pub(super) lights: Lights,
     /// 1/m, by material.
     absorption: Vec<DVec3>,
 }
@@ -46,16 +67,21 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// Sums of `samples` estimates of radiance for each pixel, W/(m² sr), rows from the top; the same numbers give the same sums.
+    /// Sums of `settings.samples` estimates of radiance for each pixel, W/(m² sr), rows from the top; the same numbers give the same sums.
     pub fn sums(
         &self,
         scene_from_view: Affine3A,
         fov: Fov,
         size: (u32, u32),
-        samples: u32,
-        seed: u32,
-        frame: u32,
+        settings: &PathSettings,
     ) -> Vec<[f64; 3]> {
+        let &PathSettings {
+            samples,
+            seed,
+            frame,
+            ..
+        } = settings;
+        let caustics = self.caustics(settings);
         let (width, height) = size;
         let origin = scene_from_view.translation.as_dvec3();
         let axes = [
@@ -79,7 +105,8 @@ impl<'a> Oracle<'a> {
                         let slopes = left_top + (right_bottom - left_top) * place;
                         let direction = axes[0] * slopes.x + axes[1] * slopes.y - axes[2];
                         let direction = direction.normalize();
-                        self.radiance(Ray { origin, direction }, &mut random)
+                        let ray = Ray { origin, direction };
+                        self.radiance(ray, settings.depth_max, caustics.as_ref(), &mut random)
                     })
                     .sum();
                 sum.to_array()
@@ -87,8 +114,38 @@ impl<'a> Oracle<'a> {
             .collect()
     }
 
-    /// One estimate of the radiance that comes back along `ray`, W/(m² sr).
-    pub fn radiance(&self, mut ray: Ray, random: &mut Random) -> DVec3 {
+    /// Photons for what paths can't meet, where the scene has such light.
+    fn caustics(&self, settings: &PathSettings) -> Option<Caustics> {
+        let scene = self.geometry.scene;
+        let is_specular = |material: &Material| {
+            let reflects = material.metallic > 0.0 || material.specular_factor > 0.0;
+            material.may_be_smooth() && (reflects || material.transmission > 0.0)
+        };
+        let is_needed = self.lights.has_punctual() && scene.materials.iter().any(is_specular);
+        (is_needed && settings.caustic_photons > 0).then(|| {
+            let diagonal_m = f64::from(scene.bounds_over_time().diagonal_m()).max(1e-9);
+            let radius_m = match settings.caustic_radius_m {
+                0.0 => CAUSTIC_RADIUS * diagonal_m,
+                radius_m => radius_m,
+            };
+            let &PathSettings {
+                caustic_photons,
+                seed,
+                frame,
+                ..
+            } = settings;
+            Caustics::trace(self, caustic_photons, radius_m, seed, frame)
+        })
+    }
+
+    /// One estimate of the radiance that comes back along `ray`, W/(m² sr), by way of `depth_max` surfaces at most (0: any number).
+    fn radiance(
+        &self,
+        mut ray: Ray,
+        depth_max: u32,
+        caustics: Option<&Caustics>,
+        random: &mut Random,
+    ) -> DVec3 {
         let scene = self.geometry.scene;
         let mut radiance = DVec3::ZERO;
         let mut throughput = DVec3::ONE;
@@ -101,9 +158,7 @@ impl<'a> Oracle<'a> {
                 break;
             };
             let distance_m = surface.position.distance(ray.origin);
-            if let Some(medium) = medium {
-                throughput *= (-self.absorption[medium] * distance_m).map(f64::exp);
-            }
+            throughput *= self.transmittance(medium, distance_m);
             let emission = material::emission(scene, &surface);
             if emission != DVec3::ZERO {
                 let share = chosen.as_ref().map_or(1.0, |chosen| {
@@ -113,8 +168,14 @@ impl<'a> Oracle<'a> {
                 });
                 radiance += throughput * emission * share;
             }
+            if depth_max > 0 && depth >= depth_max {
+                break;
+            }
             let bsdf = material::bsdf(scene, &surface);
             let (n, wo) = (surface.shading_normal, -ray.direction);
+            if let Some(caustics) = caustics.filter(|_| bsdf.is_spread()) {
+                radiance += throughput * caustics.radiance(&surface, &bsdf, wo);
+            }
             if bsdf.is_spread()
                 && let Some(light) = self.lights.sample(&self.geometry, surface.position, random)
             {
@@ -129,9 +190,7 @@ impl<'a> Oracle<'a> {
                         power_heuristic(density, bsdf.density(n, wo, wi))
                     });
                     let through = self.medium_beyond(medium, &surface, !is_reflected);
-                    let left = through.map_or(DVec3::ONE, |medium| {
-                        (-self.absorption[medium] * light.distance_m).map(f64::exp)
-                    });
+                    let left = self.transmittance(through, light.distance_m);
                     radiance +=
                         throughput * f * light.irradiance * left * (n.dot(wi).abs() * share);
                 }
@@ -168,8 +227,15 @@ impl<'a> Oracle<'a> {
         radiance
     }
 
+    /// Share of light that is left after a way through a solid, or through air.
+    pub(super) fn transmittance(&self, medium: Option<usize>, distance_m: f64) -> DVec3 {
+        medium.map_or(DVec3::ONE, |medium| {
+            (-self.absorption[medium] * distance_m).map(f64::exp)
+        })
+    }
+
     /// What a ray is in after a surface.
-    fn medium_beyond(
+    pub(super) fn medium_beyond(
         &self,
         before: Option<usize>,
         surface: &Surface,
@@ -184,7 +250,7 @@ impl<'a> Oracle<'a> {
     }
 
     /// The nearest surface that is not cut out there.
-    fn first_surface(&self, ray: &Ray, t_max: f64) -> Option<(Hit, Surface)> {
+    pub(super) fn first_surface(&self, ray: &Ray, t_max: f64) -> Option<(Hit, Surface)> {
         let mut t_min = self.geometry.clearance_m;
         for _ in 0..MAX_CUT_OUTS {
             let hit = self.geometry.first_hit(ray, t_min, t_max)?;

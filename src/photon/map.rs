@@ -16,12 +16,34 @@ const CELLS_MAX: u32 = 1 << 21;
 /// Bits of a cell's number over both grids.
 const KEY_BITS: u32 = 22;
 
+/// Photons that are gathered with a radius of their own (shaders/photon_map.wgsl).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhotonClass {
+    /// All that is not caustic.
+    Global,
+    /// Light that met nothing but mirrors and glass before.
+    Caustic,
+}
+
+impl PhotonClass {
+    /// Its number in the shaders.
+    pub fn number(self) -> f64 {
+        match self {
+            Self::Global => 0.0,
+            Self::Caustic => 1.0,
+        }
+    }
+}
+
+/// Name of the pass that sorts photons, as the timings give it.
+pub const SORTING: &str = "photon sorting";
+
 /// How a map is gathered from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapSettings {
     /// Radius of the global class in the fovea, metres.
     pub global_radius_m: f32,
-    /// Radius of the caustic class in the fovea, metres.
+    /// Radius of the caustic class in the fovea, metres; no matter where the map has none.
     pub caustic_radius_m: f32,
     /// Largest factor on the radii anywhere in the image, at least 1.
     pub radius_scale_max: f32,
@@ -44,21 +66,28 @@ pub struct PhotonMap {
     arrange: BoundKernel,
     capacity: u32,
     bounds: Aabb,
+    has_caustics: bool,
     cell_count: u32,
 }
 
 impl PhotonMap {
-    /// Room for all the photons that `tracer` can store, over `bounds`.
+    /// Room for all the photons that `tracer` can store, over `bounds`, with a class of their own for caustic ones or without.
     ///
     /// # Errors
     /// [`GpuError::BufferTooLarge`] when the map does not fit the device.
-    pub fn new(gpu: &GpuDevice, tracer: &PhotonTracer, bounds: Aabb) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &GpuDevice,
+        tracer: &PhotonTracer,
+        bounds: Aabb,
+        has_caustics: bool,
+    ) -> Result<Self, GpuError> {
         let capacity = tracer.capacity();
         let count = u64::from(capacity);
         let uniform = resources::uniform::<PhotonMapUniform>(gpu, "photon_map");
         // One more than the cells: the last entry is the end of the last cell.
+        let cell_count_max = if has_caustics { 2 } else { 1 } * CELLS_MAX;
         let cell_counts =
-            resources::storage::<u32>(gpu, "cell_counts", u64::from(2 * CELLS_MAX) + 1)?;
+            resources::storage::<u32>(gpu, "cell_counts", u64::from(cell_count_max) + 1)?;
         let positions = SplitArray::new::<[f32; 4]>(gpu, "map_position", count)?;
         let fluxes = SplitArray::new::<[f32; 4]>(gpu, "map_flux", count)?;
         let key_sides = [
@@ -99,7 +128,7 @@ impl PhotonMap {
             keys: kernel(stages::photon_keys)?.bind(gpu, &unsorted)?,
             count: kernel(stages::grid_count)?.bind(gpu, &sorted)?,
             arrange: kernel(stages::photon_arrange)?.bind(gpu, &sorted)?,
-            cell_sum: PrefixSum::new(gpu, &cell_counts, 2 * CELLS_MAX + 1)?,
+            cell_sum: PrefixSum::new(gpu, &cell_counts, cell_count_max + 1)?,
             sort,
             uniform,
             cell_counts,
@@ -107,8 +136,17 @@ impl PhotonMap {
             fluxes,
             capacity,
             bounds,
-            cell_count: 2,
+            has_caustics,
+            cell_count: 1,
         })
+    }
+
+    /// The classes that photons are told apart in.
+    pub fn classes(&self) -> &'static [PhotonClass] {
+        match self.has_caustics {
+            true => &[PhotonClass::Global, PhotonClass::Caustic],
+            false => &[PhotonClass::Global],
+        }
     }
 
     /// Sets the radii, and with them the cells; holds from the next submission on.
@@ -119,12 +157,13 @@ impl PhotonMap {
             0,
         );
         let global_cells: u32 = global.dimensions.iter().product();
-        let caustic = grid(
-            self.bounds,
-            settings.caustic_radius_m * settings.radius_scale_max,
-            global_cells,
-        );
-        self.cell_count = global_cells + caustic.dimensions.iter().product::<u32>();
+        self.cell_count = global_cells;
+        let mut caustic = PhotonGrid::default();
+        if self.has_caustics {
+            let cell_m = settings.caustic_radius_m * settings.radius_scale_max;
+            caustic = grid(self.bounds, cell_m, global_cells);
+            self.cell_count += caustic.dimensions.iter().product::<u32>();
+        }
         let value = PhotonMapUniform {
             grids: [global, caustic],
             global_radius_m: settings.global_radius_m,
@@ -141,19 +180,18 @@ impl PhotonMap {
 
     /// Records the sorting of the tracer's photons into the grid.
     pub fn record(&self, recorder: &mut Recorder<'_>) {
-        const NAME: &str = "photon sorting";
         recorder.encoder().clear_buffer(
             &self.cell_counts,
             0,
             Some(u64::from(self.cell_count + 1) * 4),
         );
-        recorder.pass(NAME, &[(&self.keys, self.capacity)]);
-        self.sort.record(recorder, NAME);
+        recorder.pass(SORTING, &[(&self.keys, self.capacity)]);
+        self.sort.record(recorder, SORTING);
         recorder.pass(
-            NAME,
+            SORTING,
             &[(&self.count, self.capacity), (&self.arrange, self.capacity)],
         );
-        self.cell_sum.record(recorder, NAME, self.cell_count + 1);
+        self.cell_sum.record(recorder, SORTING, self.cell_count + 1);
     }
 
     /// The sorted map by its WGSL names.

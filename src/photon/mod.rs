@@ -4,5 +4,5 @@ pub mod map;
 pub mod sort;
 pub mod trace;
 
-pub use map::{MapSettings, PhotonMap};
+pub use map::{MapSettings, PhotonClass, PhotonMap};
 pub use trace::{PhotonTracer, TraceSettings};

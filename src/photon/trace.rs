@@ -16,6 +16,9 @@ const GROUP: u32 = 64;
 /// Fewest batches in which a map is traced.
 const BATCHES_MIN: u32 = 8;
 
+/// Name of the pass, as the timings give it.
+pub const TRACING: &str = "photon tracing";
+
 /// What one map's photons are traced with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TraceSettings {
@@ -180,16 +183,15 @@ impl PhotonTracer {
         // The values are read by copies of this and later submissions: finish with the old ones first.
         recorder.submit();
         self.uniforms.write(recorder.gpu(), &values);
-        const NAME: &str = "photon tracing";
         for (index, value) in values.iter().enumerate() {
             self.uniforms.select(recorder, index as u32);
             let side = (value.bounce % 2) as usize;
             if value.bounce == 0 {
-                recorder.pass(NAME, &[(&self.emit, value.path_count)]);
+                recorder.pass(TRACING, &[(&self.emit, value.path_count)]);
             }
             let alive = Threads::OnDevice(&self.dispatches[side]);
             recorder.pass_of(
-                NAME,
+                TRACING,
                 &[
                     (&self.bounce[side], alive),
                     (&self.count, alive),
@@ -198,7 +200,7 @@ impl PhotonTracer {
                 ],
             );
             if value.bounce + 1 == depth_max {
-                recorder.pass(NAME, &[(&self.commit, 1)]);
+                recorder.pass(TRACING, &[(&self.commit, 1)]);
                 recorder.submit();
             }
         }

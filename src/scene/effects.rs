@@ -1,6 +1,8 @@
 //! Which effects a scene calls for, so that the shaders compile nothing else, and why.
 //!
 //! The rule is conservative: where the file cannot tell (a texture may make a surface smooth), the effect is on.
+//!
+//! Source: ARCHITECTURE.md, "Effects"; that absent code and not a uniform must switch them was measured there.
 
 use super::light::PunctualKind;
 use super::{Material, Scene};
@@ -8,7 +10,7 @@ use super::{Material, Scene};
 /// Declares the effects once: the flags, their names, and their list.
 macro_rules! effects {
     ($($(#[$doc:meta])* $field:ident: $name:literal),* $(,)?) => {
-        /// Which effects can matter in a scene. Each maps to one `override` constant of the shaders.
+        /// Which effects can matter in a scene. They leave out passes, buffers and, by [`Effects::constants`], paths of the shaders.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
         pub struct Effects {
             $($(#[$doc])* pub $field: bool,)*
@@ -20,6 +22,15 @@ macro_rules! effects {
                 [$(($name, self.$field)),*].into_iter()
             }
 
+            /// Every effect there is: what a renderer would run that knows nothing of its scene.
+            pub const ALL: Self = Self { $($field: true),* };
+
+            /// With one effect, by its name, on or off as told.
+            pub fn with(mut self, name: &str, on: bool) -> Self {
+                $(if name == $name { self.$field = on; })*
+                self
+            }
+
             fn from_reports(reports: &[EffectReport]) -> Self {
                 let is_on = |name| reports.iter().any(|r| r.effect == name && r.on);
                 Self { $($field: is_on($name)),* }
@@ -29,8 +40,8 @@ macro_rules! effects {
 }
 
 effects! {
-    /// Perfectly smooth reflection by a metal or by a polished dielectric coat.
-    mirror: "mirror",
+    /// Rays that follow mirrors, glass, and lobes too sharp to gather photons for.
+    specular_chains: "specular chains",
     /// Perfectly smooth refraction and reflection at a transmissive surface.
     smooth_dielectric: "smooth dielectric",
     /// GGX-rough transmissive surface.
@@ -79,18 +90,69 @@ pub struct EffectReport {
 }
 
 impl Effects {
-    /// What the scene calls for.
-    pub fn of(scene: &Scene) -> Self {
-        Self::from_reports(&Self::report(scene))
+    /// What the scene calls for, where lobes of at least `gathered_alpha_min` (GGX alpha) are gathered and sharper ones traced.
+    pub fn of(scene: &Scene, gathered_alpha_min: f32) -> Self {
+        Self::from_reports(&Self::report(scene, gathered_alpha_min))
     }
 
     /// What the scene calls for, with reasons, in a fixed order.
-    pub fn report(scene: &Scene) -> Vec<EffectReport> {
+    pub fn report(scene: &Scene, gathered_alpha_min: f32) -> Vec<EffectReport> {
         let used = used_materials(scene);
-        let mut reports = material_reports(&used);
+        let mut reports = material_reports(&used, gathered_alpha_min);
         reports.extend(light_reports(scene, &used));
-        reports.extend(transport_reports(scene, &used));
+        reports.extend(transport_reports(scene, &used, gathered_alpha_min));
         reports
+    }
+
+    /// Whether light passes through some surface.
+    fn transmits(&self) -> bool {
+        self.smooth_dielectric || self.rough_dielectric || self.thin_wall
+    }
+
+    /// Whether eye paths may go on beyond the first surface they meet.
+    pub fn has_chains(&self) -> bool {
+        self.specular_chains || self.transmits()
+    }
+
+    /// Whether some light has no extent.
+    pub fn has_delta_lights(&self) -> bool {
+        self.point_light || self.spot_light || self.directional_light
+    }
+
+    /// Whether anything moves from frame to frame, besides the viewer.
+    pub fn has_motion(&self) -> bool {
+        self.dynamic_objects || self.moving_lights
+    }
+
+    /// The `override` constants that leave out of the shaders what is not among the effects.
+    pub fn constants(&self) -> Vec<(&'static str, f64)> {
+        let needs_texcoords = self.base_color_texture
+            || self.metallic_roughness_texture
+            || self.emission_texture
+            || self.alpha_mask;
+        [
+            ("HAS_CHAINS", self.has_chains()),
+            ("HAS_SPECULAR", self.has_chains() || self.glossy),
+            ("HAS_ROUGH", self.glossy || self.rough_dielectric),
+            ("HAS_TRANSMISSION", self.transmits()),
+            ("HAS_ABSORPTION", self.absorption),
+            ("HAS_TEXCOORDS", needs_texcoords),
+            ("HAS_BASE_COLOR_TEXTURES", self.base_color_texture),
+            (
+                "HAS_METALLIC_ROUGHNESS_TEXTURES",
+                self.metallic_roughness_texture,
+            ),
+            ("HAS_EMISSION_TEXTURES", self.emission_texture),
+            ("HAS_ALPHA", self.alpha_mask),
+            ("HAS_POINT_LIGHTS", self.point_light),
+            ("HAS_SPOT_LIGHTS", self.spot_light),
+            ("HAS_DIRECTIONAL_LIGHTS", self.directional_light),
+            ("HAS_AREA_LIGHTS", self.area_light),
+            ("HAS_DELTA_LIGHTS", self.has_delta_lights()),
+            ("HAS_OBJECTS", self.dynamic_objects),
+        ]
+        .map(|(name, on)| (name, f64::from(u8::from(on))))
+        .to_vec()
     }
 }
 
@@ -136,8 +198,10 @@ impl Material {
             && self.base_color.max_element() > 0.0
     }
 
-    fn is_specular(&self) -> bool {
-        self.may_be_metal() || self.is_transmissive() || (self.has_coat() && self.may_be_smooth())
+    /// Whether rays follow some of its reflection: a lobe sharper than those that are gathered, in places at least.
+    fn is_traced(&self, gathered_alpha_min: f32) -> bool {
+        let is_sharp = self.may_be_smooth() || self.roughness * self.roughness < gathered_alpha_min;
+        self.is_transmissive() || (is_sharp && (self.may_be_metal() || self.has_coat()))
     }
 
     fn surface(&self) -> String {
@@ -191,7 +255,7 @@ fn off(effect: &'static str, why: &str) -> EffectReport {
     }
 }
 
-fn material_reports(used: &[&Material]) -> Vec<EffectReport> {
+fn material_reports(used: &[&Material], gathered_alpha_min: f32) -> Vec<EffectReport> {
     let transmission = |m: &Material| {
         format!(
             "transmission {}, ior {}, {}",
@@ -203,11 +267,11 @@ fn material_reports(used: &[&Material]) -> Vec<EffectReport> {
     let no_glass = "no material transmits light";
     vec![
         of_materials(
-            "mirror",
+            "specular chains",
             used,
-            |m| m.may_be_smooth() && (m.may_be_metal() || m.has_coat()),
+            |m| m.is_traced(gathered_alpha_min),
             Material::surface,
-            "no metal or coat is smooth",
+            "no surface reflects sharply enough for rays to follow, none transmits light",
         ),
         of_materials(
             "smooth dielectric",
@@ -328,24 +392,28 @@ fn moving_light_report(scene: &Scene) -> EffectReport {
     }
 }
 
-fn transport_reports(scene: &Scene, used: &[&Material]) -> [EffectReport; 2] {
+fn transport_reports(
+    scene: &Scene,
+    used: &[&Material],
+    gathered_alpha_min: f32,
+) -> [EffectReport; 2] {
     let is_lit = !scene.lights.is_empty() || used.iter().any(|m| m.is_emissive());
     if !is_lit {
         let why = "the scene has no light";
         return [off("caustics", why), off("indirect light", why)];
     }
-    let has_receiver = used.iter().any(|m| m.is_diffuse());
+    let has_receiver = used.iter().any(|m| m.is_diffuse() || m.may_be_rough());
     let caustics = of_materials(
         "caustics",
         used,
-        |m| has_receiver && m.is_specular(),
-        |m| format!("{} gathers light onto diffuse surfaces", m.surface()),
-        "no specular surface, or no diffuse one to receive its light",
+        |m| has_receiver && m.is_traced(gathered_alpha_min),
+        |m| format!("{} gathers light onto other surfaces", m.surface()),
+        "no specular surface, or none to receive its light",
     );
     let indirect = of_materials(
         "indirect light",
         used,
-        |m| m.is_diffuse() || m.is_specular() || m.has_coat(),
+        |m| m.is_diffuse() || m.may_be_metal() || m.is_transmissive() || m.has_coat(),
         |m| {
             let [r, g, b] = m.base_color.to_array();
             format!("reflects light (base colour {r:.3} {g:.3} {b:.3})")

@@ -3,7 +3,6 @@
 use glam::{Affine3A, Vec3};
 
 use super::bvh::SceneCaster;
-use super::effects::Effects;
 use super::gpu_geometry::{self, GpuGeometry};
 use super::light_table::{self, EmissiveTriangle};
 use super::{Aabb, Material, Scene, ScenePose, TextureRef};
@@ -32,14 +31,12 @@ pub struct GpuScene {
     bounds: Aabb,
     /// Area of all triangles at time 0, m².
     area_m2: f64,
-    effects: Effects,
     object_bounds: Vec<Aabb>,
     object_roots: Vec<u32>,
     emissive: Vec<EmissiveTriangle>,
     host_materials: Vec<Material>,
     emission_texture_of_material: Vec<(i32, Vec3)>,
     bytes: u64,
-    light_count: usize,
     /// Levels of the deepest hierarchy.
     tree_depth: u32,
 }
@@ -123,7 +120,6 @@ impl GpuScene {
             texels: SplitArray::with(gpu, "texels", &textures.texels)?,
             bounds: scene.bounds_over_time(),
             area_m2: scene_area_m2(scene, pose),
-            effects: Effects::of(scene),
             object_bounds: scene
                 .objects
                 .iter()
@@ -134,7 +130,6 @@ impl GpuScene {
             host_materials: scene.materials.clone(),
             emission_texture_of_material,
             bytes: 0,
-            light_count: 0,
             tree_depth: caster
                 .object_bvhs
                 .iter()
@@ -176,7 +171,8 @@ impl GpuScene {
             &self.emission_texture_of_material,
             radius_m,
         );
-        self.light_count = lights.len();
+        let has_extent = |light: &&layout::Light| light.kind == light_table::KIND_TRIANGLE;
+        let delta_light_count = lights.len() - lights.iter().filter(has_extent).count();
         gpu.queue
             .write_buffer(&self.lights, 0, bytemuck::cast_slice(&lights));
         let objects: Vec<layout::Object> = pose
@@ -201,7 +197,7 @@ impl GpuScene {
             ray_offset_m: self.ray_offset_m(),
             light_count: lights.len() as u32,
             object_count: objects.len() as u32,
-            padding: 0,
+            delta_light_count: delta_light_count as u32,
         };
         gpu.queue
             .write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
@@ -249,42 +245,6 @@ impl GpuScene {
             .chain(in_buffers.map(|array| (array.name(), array.chunks())))
             .find(|(array, _)| *array == name)
             .map(|(_, size)| size)
-    }
-
-    /// What the scene calls for.
-    pub fn effects(&self) -> &Effects {
-        &self.effects
-    }
-
-    /// The `override` constants that leave out what the scene does not call for.
-    pub fn constants(&self) -> Vec<(&'static str, f64)> {
-        let e = &self.effects;
-        let flag = |on: bool| f64::from(u8::from(on));
-        let delta_lights = e.point_light || e.spot_light || e.directional_light;
-        let transmission = e.smooth_dielectric || e.rough_dielectric || e.thin_wall;
-        vec![
-            ("HAS_OBJECTS", flag(e.dynamic_objects)),
-            (
-                "HAS_TEXTURES",
-                flag(
-                    e.base_color_texture
-                        || e.metallic_roughness_texture
-                        || e.emission_texture
-                        || e.alpha_mask,
-                ),
-            ),
-            ("HAS_ALPHA", flag(e.alpha_mask)),
-            ("HAS_SPECULAR", flag(e.mirror || e.glossy || transmission)),
-            ("HAS_TRANSMISSION", flag(transmission)),
-            ("HAS_AREA_LIGHTS", flag(e.area_light)),
-            ("HAS_PUNCTUAL_LIGHTS", flag(delta_lights)),
-            ("HAS_DELTA_LIGHTS", flag(delta_lights)),
-        ]
-    }
-
-    /// Whether anything shines.
-    pub fn has_lights(&self) -> bool {
-        self.light_count > 0
     }
 
     /// Bounds over the whole animation, metres.

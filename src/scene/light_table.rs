@@ -11,7 +11,7 @@ use crate::gpu::layout::Light;
 const KIND_POINT: u32 = 0;
 const KIND_SPOT: u32 = 1;
 const KIND_DIRECTIONAL: u32 = 2;
-const KIND_TRIANGLE: u32 = 3;
+pub(super) const KIND_TRIANGLE: u32 = 3;
 
 /// An emissive triangle as it lies in the GPU's triangle arrays.
 #[derive(Clone, Copy, Debug)]

@@ -8,6 +8,7 @@ use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
 use crate::scene::bvh::SceneCaster;
+use crate::scene::effects::Effects;
 use crate::scene::gpu_scene::GpuScene;
 use crate::scene::{Scene, ScenePose};
 
@@ -63,6 +64,8 @@ pub struct Start<'s, 'w> {
     pub caster: &'s SceneCaster,
     /// The scene on the device.
     pub on_gpu: &'w GpuScene,
+    /// What is simulated.
+    pub effects: Effects,
     /// What is set.
     pub params: &'w Params,
     /// Pixels of an eye's image, across and down.
@@ -84,8 +87,8 @@ pub struct TechniqueEntry {
     pub name: &'static str,
     /// One line for help and reports.
     pub about: &'static str,
-    /// The passes of a frame as the timings name them, in order.
-    pub passes: &'static [&'static str],
+    /// The passes of a frame with these effects as the timings name them, in order.
+    pub passes: fn(&Effects) -> Vec<&'static str>,
     /// Prepares it for a scene and an image size.
     pub start: StartTechnique,
 }
@@ -98,22 +101,30 @@ pub const REGISTRY: &[TechniqueEntry] = &[
     TechniqueEntry {
         name: "pm-direct",
         about: "photon mapping, direct light by shadow rays",
-        passes: pm::PASSES,
+        passes: |effects| pm::Plan::of(pm::DirectLight::ShadowRays, effects).passes(),
         start: |start| pm::PhotonMapping::start(start, pm::DirectLight::ShadowRays),
     },
     TechniqueEntry {
         name: "pm",
         about: "photon mapping, all light from photon density, as in the papers",
-        passes: pm::PASSES,
+        passes: |effects| pm::Plan::of(pm::DirectLight::Photons, effects).passes(),
         start: |start| pm::PhotonMapping::start(start, pm::DirectLight::Photons),
     },
     TechniqueEntry {
         name: "path",
         about: "the oracle: path tracing in f64 on the host, slow and right",
-        passes: path::PASSES,
+        passes: |_| path::PASSES.to_vec(),
         start: path::PathTracing::start,
     },
 ];
+
+/// What is simulated of a scene: what it calls for by these parameters, or everything where they say so.
+pub fn effects(scene: &Scene, params: &Params) -> Effects {
+    match params.effects.all {
+        0 => Effects::of(scene, params.gather.glossy_alpha_min),
+        _ => Effects::ALL,
+    }
+}
 
 /// The technique of that name.
 pub fn find(name: &str) -> Option<&'static TechniqueEntry> {

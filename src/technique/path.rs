@@ -4,7 +4,8 @@ use super::{FrameSettings, Start, Statistics, Technique};
 use crate::gather::{EyeImage, EyeSettings, HostSamples};
 use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
-use crate::oracle::Oracle;
+use crate::oracle::{Oracle, PathSettings};
+use crate::params;
 use crate::scene::Scene;
 use crate::scene::bvh::SceneCaster;
 
@@ -17,7 +18,7 @@ pub struct PathTracing<'s> {
     caster: &'s SceneCaster,
     oracle: Option<Oracle<'s>>,
     host_samples: HostSamples,
-    samples: u32,
+    params: params::Path,
     paths: u64,
 }
 
@@ -32,7 +33,7 @@ impl PathTracing<'_> {
             caster: start.caster,
             oracle: None,
             host_samples: HostSamples::new(start.gpu, start.size)?,
-            samples: start.params.path.samples,
+            params: start.params.path.clone(),
             paths: 0,
         }))
     }
@@ -58,16 +59,17 @@ impl Technique for PathTracing<'_> {
             return Ok(());
         };
         let size = (image.width(), image.height());
-        let count = self.samples;
+        let count = self.params.samples;
+        let settings = PathSettings {
+            samples: count,
+            depth_max: self.params.depth_max,
+            caustic_photons: self.params.caustic_photons,
+            caustic_radius_m: f64::from(self.params.caustic_radius_m),
+            seed: eye.seed,
+            frame: eye.frame,
+        };
         let sums = recorder.on_host("path tracing", || {
-            oracle.sums(
-                eye.scene_from_view,
-                eye.fov,
-                size,
-                count,
-                eye.seed,
-                eye.frame,
-            )
+            oracle.sums(eye.scene_from_view, eye.fov, size, &settings)
         });
         let sums: Vec<[f32; 4]> = sums
             .iter()

@@ -4,11 +4,13 @@
 //! Mapping: A Probabilistic Approach", 2011.
 
 use super::{FrameSettings, Start, Statistics, Technique};
-use crate::gather::{EyeImage, EyePass, EyeSettings};
+use crate::gather::{EyeImage, EyeLight, EyePass, EyeSettings, eye_pass};
+use crate::gpu::layout::PhotonCounters;
 use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
-use crate::photon::{MapSettings, PhotonMap, PhotonTracer, TraceSettings};
+use crate::photon::{MapSettings, PhotonClass, PhotonMap, PhotonTracer, TraceSettings, map, trace};
+use crate::scene::effects::Effects;
 use crate::scene::gpu_scene::GpuScene;
 
 /// Where light that comes straight from a lamp is taken from.
@@ -20,26 +22,59 @@ pub enum DirectLight {
     ShadowRays,
 }
 
-/// The passes of a frame, as the timings name them.
-pub const PASSES: &[&str] = &[
-    "photon tracing",
-    "photon sorting",
-    "visible points",
-    "direct light",
-    "density estimate",
-    "resolve",
-];
+/// Which passes a scene's effects call for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Shadow rays: for all light straight from the lamps, or only for the sharp highlights of those without extent.
+    pub direct_light: bool,
+    /// Photons: traced, sorted and gathered.
+    pub photons: bool,
+    /// A class of photons for caustics.
+    pub caustics: bool,
+}
+
+impl Plan {
+    /// What a frame needs.
+    pub fn of(direct: DirectLight, effects: &Effects) -> Self {
+        let is_lit = effects.area_light || effects.has_delta_lights();
+        let has_sharp_highlights =
+            effects.has_delta_lights() && effects.has_chains() && effects.glossy;
+        let photons = match direct {
+            DirectLight::Photons => is_lit,
+            DirectLight::ShadowRays => is_lit && (effects.indirect || effects.caustics),
+        };
+        Self {
+            direct_light: has_sharp_highlights || (is_lit && direct == DirectLight::ShadowRays),
+            photons,
+            caustics: photons && effects.caustics,
+        }
+    }
+
+    /// Names of the passes, in order.
+    pub fn passes(&self) -> Vec<&'static str> {
+        [
+            (self.photons, trace::TRACING),
+            (self.photons, map::SORTING),
+            (true, eye_pass::VISIBLE_POINTS),
+            (self.direct_light, eye_pass::DIRECT_LIGHT),
+            (self.photons, eye_pass::estimate_of(PhotonClass::Global)),
+            (self.caustics, eye_pass::estimate_of(PhotonClass::Caustic)),
+            (true, eye_pass::RESOLVE),
+        ]
+        .into_iter()
+        .filter_map(|(runs, name)| runs.then_some(name))
+        .collect()
+    }
+}
 
 /// `pm` and `pm-direct`.
 pub struct PhotonMapping {
-    tracer: PhotonTracer,
-    map: PhotonMap,
+    photons: Option<(PhotonTracer, PhotonMap)>,
     eyes: EyePass,
     params: Params,
     first_radius_m: f32,
     widest_radius_m: f32,
     radius_m: f32,
-    has_lights: bool,
 }
 
 impl PhotonMapping {
@@ -54,37 +89,51 @@ impl PhotonMapping {
         let &Start {
             gpu,
             on_gpu: scene,
+            effects,
             params,
             size,
             ..
         } = start;
+        let plan = Plan::of(direct, &effects);
         let by_photons = direct == DirectLight::Photons;
-        let mut constants = scene.constants();
-        constants.push((
-            "GATHERED_ALPHA_MIN",
-            f64::from(params.gather.glossy_alpha_min),
-        ));
-        constants.push(("COVERAGE_RAYS", f64::from(params.gather.coverage_rays)));
-        constants.push(("STORE_DIRECT", f64::from(u8::from(by_photons))));
-        constants.push(("DIRECT_TO_GATHERED", f64::from(u8::from(!by_photons))));
-        let tracer = PhotonTracer::new(gpu, scene, params, &constants)?;
-        let map = PhotonMap::new(gpu, &tracer, scene.bounds())?;
+        let flag = |on: bool| f64::from(u8::from(on));
+        let mut constants = effects.constants();
+        constants.extend([
+            (
+                "GATHERED_ALPHA_MIN",
+                f64::from(params.gather.glossy_alpha_min),
+            ),
+            ("COVERAGE_RAYS", f64::from(params.gather.coverage_rays)),
+            ("STORE_DIRECT", flag(by_photons)),
+            ("DIRECT_TO_GATHERED", flag(!by_photons)),
+            ("HAS_CAUSTICS", flag(plan.caustics)),
+        ]);
+        let photons = match plan.photons && params.photon.count > 0 {
+            false => None,
+            true => {
+                let tracer = PhotonTracer::new(gpu, scene, params, &constants)?;
+                let map = PhotonMap::new(gpu, &tracer, scene.bounds(), plan.caustics)?;
+                Some((tracer, map))
+            }
+        };
+        let light = EyeLight {
+            by_shadow_rays: plan.direct_light,
+            photons: photons.as_ref().map(|(tracer, map)| (tracer, map)),
+        };
         let fovea = &params.fovea;
         let samples_max = fovea
             .samples
             .max(fovea.transition_samples)
             .max(fovea.periphery_samples);
-        let eyes = EyePass::new(gpu, scene, &tracer, &map, &constants, size, samples_max)?;
+        let eyes = EyePass::new(gpu, scene, &light, &effects, &constants, size, samples_max)?;
         let first_radius_m = first_radius_m(params, scene);
         Ok(Box::new(Self {
-            tracer,
-            map,
+            photons,
             eyes,
             params: params.clone(),
             first_radius_m,
             widest_radius_m: widest_radius_m(scene),
             radius_m: first_radius_m,
-            has_lights: scene.has_lights(),
         }))
     }
 }
@@ -126,6 +175,9 @@ impl Technique for PhotonMapping {
     ) -> Result<(), GpuError> {
         let params = &self.params;
         self.radius_m = self.first_radius_m * radius_factor(frame.pass, params.gather.radius_alpha);
+        let Some((tracer, map)) = &mut self.photons else {
+            return Ok(());
+        };
         let scale_max = params
             .fovea
             .transition_radius_scale
@@ -139,19 +191,15 @@ impl Technique for PhotonMapping {
         };
         // What was recorded before still counts on the old radii.
         recorder.submit();
-        self.map.configure(recorder.gpu(), &settings);
+        map.configure(recorder.gpu(), &settings);
         let tracing = TraceSettings {
-            path_count: if self.has_lights {
-                params.photon.count
-            } else {
-                0
-            },
+            path_count: params.photon.count,
             depth_max: params.photon.depth_max,
             seed: params.random.seed,
             frame: frame.frame,
         };
-        self.tracer.record(recorder, &tracing);
-        self.map.record(recorder);
+        tracer.record(recorder, &tracing);
+        map.record(recorder);
         Ok(())
     }
 
@@ -165,7 +213,10 @@ impl Technique for PhotonMapping {
     }
 
     fn statistics(&self, gpu: &GpuDevice) -> Result<Statistics, GpuError> {
-        let counters = self.tracer.counters(gpu)?;
+        let counters = match &self.photons {
+            Some((tracer, _)) => tracer.counters(gpu)?,
+            None => PhotonCounters::default(),
+        };
         let mut warnings = Vec::new();
         if self.params.gather.radius_m > self.widest_radius_m {
             warnings.push(format!(

@@ -3,165 +3,23 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use macula::oracle::bsdf::{Bsdf, Interface, Schlick};
+use macula::oracle::bsdf::Bsdf;
 use macula::oracle::random::Random;
 
-const NO_COAT: Schlick = Schlick {
-    f0: DVec3::ZERO,
-    f90: 0.0,
-};
-const COAT: Schlick = Schlick {
-    f0: DVec3::splat(0.04),
-    f90: 1.0,
-};
-const GOLD: Schlick = Schlick {
-    f0: DVec3::new(1.0, 0.78, 0.34),
-    f90: 1.0,
-};
-
-fn lambert(albedo: f64) -> Bsdf {
-    Bsdf {
-        albedo: DVec3::splat(albedo),
-        coat: NO_COAT,
-        reflection: NO_COAT,
-        alpha: 1.0,
-        interface: None,
-    }
-}
-
-fn coated(alpha: f64) -> Bsdf {
-    Bsdf {
-        coat: COAT,
-        reflection: COAT,
-        alpha,
-        ..lambert(0.6)
-    }
-}
-
-fn metal(alpha: f64) -> Bsdf {
-    Bsdf {
-        reflection: GOLD,
-        alpha,
-        ..lambert(0.0)
-    }
-}
-
-fn glass(ior: f64, alpha: f64) -> Bsdf {
-    Bsdf {
-        alpha,
-        interface: Some(Interface {
-            tint: DVec3::ONE,
-            ior,
-            is_thin: false,
-        }),
-        ..lambert(0.0)
-    }
-}
-
-/// Milk glass: half of what passes the interface is scattered.
-fn milk_glass(alpha: f64) -> Bsdf {
-    Bsdf {
-        albedo: DVec3::splat(0.5),
-        interface: Some(Interface {
-            tint: DVec3::splat(0.5),
-            ior: 1.5,
-            is_thin: false,
-        }),
-        ..glass(1.5, alpha)
-    }
-}
-
-fn rough_bsdfs() -> Vec<(&'static str, Bsdf)> {
-    vec![
-        ("Lambert", lambert(0.8)),
-        ("coat", coated(0.2)),
-        ("satin coat", coated(0.6)),
-        ("rough metal", metal(0.5)),
-        ("brushed metal", metal(0.15)),
-        ("frosted glass from outside", glass(1.5, 0.3)),
-        ("frosted glass from inside", glass(1.0 / 1.5, 0.3)),
-        ("milk glass", milk_glass(0.4)),
-    ]
-}
-
-/// Eyes from steep to grazing.
-fn eyes() -> [DVec3; 3] {
-    [(0.95, 0.3), (0.6, 2.0), (0.15, 4.5)].map(|(cos_theta, phi): (f64, f64)| {
-        let sin_theta = (1.0 - cos_theta * cos_theta).sqrt();
-        DVec3::new(sin_theta * phi.cos(), sin_theta * phi.sin(), cos_theta)
-    })
-}
+use crate::chi_squared::{SIGMAS, sigmas};
+use crate::kinds::{eyes, glass, lambert, metal, rough_bsdfs};
+use crate::sphere::{BINS, bin_integrals, bin_of};
 
 const N: DVec3 = DVec3::Z;
-const RINGS: usize = 24;
-const SECTORS: usize = 24;
-
-/// Where a direction falls in a grid of equal solid angles over the sphere.
-fn bin_of(wi: DVec3) -> usize {
-    let ring = (0.5 * (wi.z + 1.0) * RINGS as f64) as usize;
-    let turn = wi.y.atan2(wi.x).rem_euclid(2.0 * PI) / (2.0 * PI);
-    ring.min(RINGS - 1) * SECTORS + ((turn * SECTORS as f64) as usize).min(SECTORS - 1)
-}
-
-/// The integral of `f` over each bin, by the midpoints of 24 x 24 equal parts.
-fn bin_integrals(f: impl Fn(DVec3) -> f64) -> Vec<f64> {
-    const PARTS: usize = 24;
-    let solid_angle = 4.0 * PI / (RINGS * SECTORS * PARTS * PARTS) as f64;
-    (0..RINGS * SECTORS)
-        .map(|bin| {
-            let sum: f64 = (0..PARTS * PARTS)
-                .map(|part| {
-                    let part_of = |i: usize, of: usize| {
-                        (i as f64
-                            + ((if of == 0 { part / PARTS } else { part % PARTS }) as f64 + 0.5)
-                                / PARTS as f64)
-                            / (if of == 0 { RINGS } else { SECTORS }) as f64
-                    };
-                    let z = 2.0 * part_of(bin / SECTORS, 0) - 1.0;
-                    let phi = 2.0 * PI * part_of(bin % SECTORS, 1);
-                    let r = (1.0 - z * z).sqrt();
-                    f(DVec3::new(r * phi.cos(), r * phi.sin(), z))
-                })
-                .sum();
-            sum * solid_angle
-        })
-        .collect()
-}
-
-/// How many standard deviations a chi-squared statistic lies above its mean (Wilson and Hilferty, 1931).
-fn chi_squared_sigmas(observed: &[f64], expected: &[f64]) -> f64 {
-    // Bins with few expected counts are taken together.
-    let (mut statistic, mut bins) = (0.0, 0.0);
-    let (mut rest_observed, mut rest_expected) = (0.0, 0.0);
-    for (o, e) in observed.iter().zip(expected) {
-        if *e < 5.0 {
-            rest_observed += o;
-            rest_expected += e;
-        } else {
-            statistic += (o - e).powi(2) / e;
-            bins += 1.0;
-        }
-    }
-    if rest_expected > 5.0 {
-        statistic += (rest_observed - rest_expected).powi(2) / rest_expected;
-        bins += 1.0;
-    }
-    let freedom: f64 = bins - 1.0;
-    let spread = 2.0 / (9.0 * freedom);
-    ((statistic / freedom).cbrt() - (1.0 - spread)) / spread.sqrt()
-}
-
 const SAMPLES: usize = 200_000;
-/// One false alarm in 30 000 tests.
-const SIGMAS: f64 = 4.0;
 
 fn counts(bsdf: &Bsdf, wo: DVec3) -> Vec<f64> {
-    let mut counts = vec![0.0; RINGS * SECTORS + 1];
+    let mut counts = vec![0.0; BINS + 1];
     let mut random = Random::of([7, 0, 0, 0]);
     for _ in 0..SAMPLES {
         match bsdf.sample(N, wo, &mut random) {
             Some(sample) => counts[bin_of(sample.wi)] += 1.0,
-            None => counts[RINGS * SECTORS] += 1.0,
+            None => counts[BINS] += 1.0,
         }
     }
     counts
@@ -174,8 +32,8 @@ fn samples_follow_their_density() {
             let mut expected = bin_integrals(|wi| bsdf.density(N, wo, wi));
             expected.push(1.0 - expected.iter().sum::<f64>());
             expected.iter_mut().for_each(|e| *e *= SAMPLES as f64);
-            let sigmas = chi_squared_sigmas(&counts(&bsdf, wo), &expected);
-            assert!(sigmas < SIGMAS, "{name} at {wo}: {sigmas} sigmas");
+            let above = sigmas(&counts(&bsdf, wo), &expected);
+            assert!(above < SIGMAS, "{name} at {wo}: {above} sigmas");
             // Control: the same samples against a density that is a little off.
             let wrong = Bsdf {
                 alpha: 1.15 * bsdf.alpha,
@@ -185,9 +43,9 @@ fn samples_follow_their_density() {
             let mut expected = bin_integrals(|wi| wrong.density(N, wo, wi));
             expected.push(1.0 - expected.iter().sum::<f64>());
             expected.iter_mut().for_each(|e| *e *= SAMPLES as f64);
-            let sigmas = chi_squared_sigmas(&counts(&bsdf, wo), &expected);
+            let above = sigmas(&counts(&bsdf, wo), &expected);
             assert!(
-                sigmas > SIGMAS || name == "Lambert",
+                above > SIGMAS || name == "Lambert",
                 "{name} at {wo}: the control passes"
             );
         }

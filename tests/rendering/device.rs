@@ -237,6 +237,7 @@ fn samples_by_pixel(params: &Params, gaze_dir: Vec3, side: u32) -> (Vec<u32>, Ey
         scene: &scene,
         caster: &caster,
         on_gpu: &on_gpu,
+        effects: technique::effects(&scene, params),
         params,
         size: (side, side),
     };

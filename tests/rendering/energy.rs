@@ -11,6 +11,7 @@ use macula::photon::{PhotonTracer, TraceSettings};
 use macula::scene::Scene;
 use macula::scene::bvh::SceneCaster;
 use macula::scene::gpu_scene::GpuScene;
+use macula::technique;
 
 use crate::maker::{Recipe, bundled, gpu, mean, means_agree};
 
@@ -34,7 +35,7 @@ fn power_on_surfaces_w(scene: &Scene, depth_max: u32) -> [f64; 3] {
     let on_gpu = GpuScene::new(gpu, scene, &caster, &pose).unwrap();
     let mut params = Params::default();
     params.photon.count = PATHS;
-    let mut constants = on_gpu.constants();
+    let mut constants = technique::effects(scene, &params).constants();
     constants.push(("STORE_DIRECT", 1.0));
     let tracer = PhotonTracer::new(gpu, &on_gpu, &params, &constants).unwrap();
     let settings = TraceSettings {

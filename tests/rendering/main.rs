@@ -5,14 +5,16 @@
 mod closed_forms;
 mod determinism;
 mod device;
+mod effects;
 mod energy;
 mod hard_cases;
 mod invariances;
-mod maker;
 mod references;
 
 #[allow(dead_code, reason = "other tests use the rest of it")]
 #[path = "../common/glb.rs"]
 mod glb;
+#[path = "../common/maker.rs"]
+mod maker;
 #[path = "../common/shared.rs"]
 mod shared;

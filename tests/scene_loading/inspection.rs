@@ -1,18 +1,26 @@
 //! `macula inspect`: the numbers that it prints are those of the file.
 
+use std::path::Path;
+
 use macula::cli::inspect::Inspection;
+use macula::params::Params;
+use macula::scene::Scene;
 use serde_json::json;
 
 use super::motion::turning;
 use super::shared::shared;
 use super::triangle_on;
 
+fn inspect(path: &Path) -> Inspection {
+    Inspection::of(path, &Scene::load(path).unwrap(), &Params::default())
+}
+
 #[test]
 fn an_inspection_sums_up_the_living_room() {
     let Some(path) = shared("scenes/public/glb/living-room.glb") else {
         return;
     };
-    let inspection = Inspection::of(&path).unwrap();
+    let inspection = inspect(&path);
     assert_eq!(inspection.geometry.static_triangles, 787_188);
     assert_eq!(
         inspection.materials.len(),
@@ -42,7 +50,7 @@ fn an_inspection_sums_up_the_living_room() {
 
 #[test]
 fn an_inspection_tells_what_moves_and_in_which_unit_lights_shine() {
-    let inspection = Inspection::of(&turning().save().path).unwrap();
+    let inspection = inspect(&turning().save().path);
     assert_eq!(inspection.animation.objects, ["spinner"]);
     assert_eq!(inspection.animation.duration_s, 2.0);
     assert_eq!(inspection.geometry.moving_triangles, 1);
@@ -57,7 +65,7 @@ fn an_inspection_tells_what_moves_and_in_which_unit_lights_shine() {
 fn an_empty_scene_is_inspected_without_infinities() {
     let mut glb = triangle_on(json!({}));
     glb.json["meshes"] = json!([]);
-    let inspection = Inspection::of(&glb.save().path).unwrap();
+    let inspection = inspect(&glb.save().path);
     assert_eq!(inspection.geometry.size_m, [0.0; 3]);
     assert_eq!(inspection.warnings, ["there is no triangle to see"]);
     assert!(!inspection.to_text().contains("inf"));

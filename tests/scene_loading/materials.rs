@@ -3,8 +3,10 @@
 use std::f32::consts::FRAC_PI_2;
 
 use glam::{Vec2, Vec3};
+use macula::params::Params;
 use macula::scene::effects::Effects;
 use macula::scene::{Scene, Wrap};
+use macula::technique;
 use serde_json::{Value, json};
 
 use super::glb::{Glb, Saved};
@@ -207,18 +209,22 @@ fn external_and_data_uris_load_the_same_scene() {
     );
 }
 
+fn effects_of(scene: &Scene) -> Effects {
+    technique::effects(scene, &Params::default())
+}
+
 #[test]
 fn effects_name_what_calls_for_them() {
     let Some(path) = shared("scenes/glb/b-cornell-caustic.glb") else {
         return;
     };
     let scene = Scene::load(&path).unwrap();
-    let effects = Effects::of(&scene);
-    assert!(effects.mirror && effects.smooth_dielectric && effects.caustics);
+    let effects = effects_of(&scene);
+    assert!(effects.specular_chains && effects.smooth_dielectric && effects.caustics);
     assert!(effects.area_light && effects.indirect);
     assert!(!effects.glossy && !effects.rough_dielectric && !effects.point_light);
     assert!(!effects.base_color_texture && !effects.dynamic_objects && !effects.absorption);
-    let reports = Effects::report(&scene);
+    let reports = Effects::report(&scene, Params::default().gather.glossy_alpha_min);
     let names: Vec<_> = effects.named().map(|(name, _)| name).collect();
     assert_eq!(reports.iter().map(|r| r.effect).collect::<Vec<_>>(), names);
     let glass = reports
@@ -236,7 +242,7 @@ fn a_diffuse_scene_calls_for_no_specular_effect() {
     let Some(path) = shared("scenes/glb/a-cornell-diffuse.glb") else {
         return;
     };
-    let effects = Effects::of(&Scene::load(&path).unwrap());
+    let effects = effects_of(&Scene::load(&path).unwrap());
     let expected = Effects {
         area_light: true,
         indirect: true,
@@ -246,11 +252,11 @@ fn a_diffuse_scene_calls_for_no_specular_effect() {
 }
 
 #[test]
-fn a_texture_that_may_make_a_surface_smooth_turns_mirrors_on() {
-    let effects = Effects::of(&load(&textured()));
-    assert!(effects.mirror && effects.glossy && effects.caustics);
+fn a_texture_that_may_make_a_surface_smooth_turns_specular_chains_on() {
+    let effects = effects_of(&load(&textured()));
+    assert!(effects.specular_chains && effects.glossy && effects.caustics);
     assert!(effects.base_color_texture && effects.metallic_roughness_texture);
     assert!(effects.emission_texture && effects.area_light);
-    let moving = Effects::of(&load(&turning()));
+    let moving = effects_of(&load(&turning()));
     assert!(moving.dynamic_objects && moving.moving_lights && moving.point_light);
 }

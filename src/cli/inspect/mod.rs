@@ -1,5 +1,6 @@
 //! `macula inspect`: what a scene file holds, what it will take, and which effects it calls for.
 
+mod measure;
 mod text;
 
 use std::collections::BTreeMap;
@@ -9,12 +10,15 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{CliError, CliResult, Globals};
+use super::{CliError, CliResult, Globals, common};
+use crate::effect_cost::EffectCost;
+use crate::frame;
+use crate::params::Params;
 use crate::scene::bvh::SceneCaster;
 use crate::scene::effects::{EffectReport, Effects};
 use crate::scene::gpu_geometry::GpuGeometry;
-use crate::scene::{Camera, Material, Mesh, PunctualLight, Scene, SceneError, Texture, Wrap};
-use crate::technique;
+use crate::scene::{Camera, Material, Mesh, PunctualLight, Scene, Texture, Wrap};
+use crate::technique::{self, TechniqueEntry};
 
 /// Show what a scene file holds: triangles, lights, materials, motion, bounds, memory, and the effects it calls for with the reasons.
 #[derive(Clone, Debug, clap::Args)]
@@ -22,6 +26,18 @@ pub struct Args {
     /// The glTF 2.0 file (.gltf or .glb).
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
+    /// Also time frames with and without each effect on this machine (about a minute without a GPU): what the scene's own effects cost,
+    /// and what leaving out the others saves.
+    #[arg(long)]
+    pub measure: bool,
+    /// How light is transported in the frames of --measure.
+    #[arg(
+        long,
+        value_name = "T",
+        default_value = "pm-direct",
+        requires = "measure"
+    )]
+    pub technique: String,
 }
 
 /// Runs `macula inspect`.
@@ -29,7 +45,13 @@ pub struct Args {
 /// # Errors
 /// A scene that cannot be loaded, or a stdout that takes no text.
 pub fn run(args: Args, globals: &Globals) -> CliResult {
-    let inspection = Inspection::of(&args.scene)?;
+    let params = common::params(globals)?;
+    let entry = common::technique(&args.technique)?;
+    let scene = Scene::load(&args.scene)?;
+    let mut inspection = Inspection::of(&args.scene, &scene, &params);
+    if args.measure {
+        inspection.effect_costs = measure::effect_costs(scene, &params, entry, globals)?;
+    }
     let text = if globals.json {
         serde_json::to_string_pretty(&inspection)? + "\n"
     } else {
@@ -64,7 +86,10 @@ pub struct Inspection {
     /// What the shaders must be able to do, and why.
     pub effects: Vec<EffectReport>,
     /// The passes that run for a frame, by technique.
-    pub passes: BTreeMap<&'static str, &'static [&'static str]>,
+    pub passes: BTreeMap<&'static str, Vec<&'static str>>,
+    /// What each effect costs, where it was measured.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub effect_costs: Vec<EffectCost>,
     /// What was left out or repaired.
     pub warnings: Vec<String>,
 }
@@ -171,39 +196,44 @@ pub struct MemorySummary {
 }
 
 impl Inspection {
-    /// Loads the scene, builds its hierarchies, and sums up.
-    ///
-    /// # Errors
-    /// [`SceneError`] where the file is refused.
-    pub fn of(path: &Path) -> Result<Self, SceneError> {
-        let scene = Scene::load(path)?;
-        let caster = SceneCaster::new(&scene);
+    /// Builds the hierarchies of a scene that was read from `path`, and sums up.
+    pub fn of(path: &Path, scene: &Scene, params: &Params) -> Self {
+        let caster = SceneCaster::new(scene);
         let origin = scene.file_from_scene_m;
-        Ok(Self {
+        let effects = technique::effects(scene, params);
+        let reports = Effects::report(scene, params.gather.glossy_alpha_min);
+        Self {
             scene: path.to_path_buf(),
             content_sha256: scene.content_sha256.clone(),
-            geometry: GeometrySummary::of(&scene, &caster),
-            lights: lights(&scene),
-            materials: materials(&scene),
+            geometry: GeometrySummary::of(scene, &caster),
+            lights: lights(scene),
+            materials: materials(scene),
             textures: scene.textures.iter().map(TextureSummary::of).collect(),
             cameras: scene
                 .cameras
                 .iter()
-                .map(|camera| CameraSummary::of(camera, origin, &scene))
+                .map(|camera| CameraSummary::of(camera, origin, scene))
                 .collect(),
             animation: AnimationSummary {
                 duration_s: scene.animation.duration_s(),
                 objects: scene.objects.iter().map(|o| o.name.clone()).collect(),
             },
-            memory: MemorySummary::of(&scene, &caster),
-            effects: Effects::report(&scene),
+            memory: MemorySummary::of(scene, &caster),
+            effects: reports,
             passes: technique::REGISTRY
                 .iter()
-                .map(|entry| (entry.name, entry.passes))
+                .map(|entry| (entry.name, passes(entry, &effects)))
                 .collect(),
-            warnings: scene.warnings,
-        })
+            effect_costs: Vec::new(),
+            warnings: scene.warnings.clone(),
+        }
     }
+}
+
+/// The passes of a session's frame, with what moves the scene first.
+fn passes(entry: &TechniqueEntry, effects: &Effects) -> Vec<&'static str> {
+    let motion = effects.has_motion().then_some(frame::MOTION);
+    motion.into_iter().chain((entry.passes)(effects)).collect()
 }
 
 fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {

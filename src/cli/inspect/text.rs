@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{CameraSummary, Inspection, LightSummary, MaterialSummary, TextureSummary};
+use crate::effect_cost::EffectCost;
 use crate::scene::effects::EffectReport;
 
 impl Inspection {
@@ -27,11 +28,17 @@ impl Inspection {
         ];
         section(&mut text, "Memory", &memory_rows);
         let effect = |report: &EffectReport| {
-            row([
-                if report.on { "on" } else { "off" },
-                report.effect,
-                &report.why,
-            ])
+            let mut cells = vec![
+                if report.on { "on" } else { "off" }.to_owned(),
+                report.effect.to_owned(),
+            ];
+            if !self.effect_costs.is_empty() {
+                let mut costs = self.effect_costs.iter();
+                let cost = costs.find(|cost| cost.effect == report.effect);
+                cells.push(cost.map_or("not measured".to_owned(), price));
+            }
+            cells.push(report.why.clone());
+            cells
         };
         section(
             &mut text,
@@ -141,6 +148,23 @@ impl Inspection {
 }
 
 /// Lines of aligned columns under a heading; nothing where there are no lines.
+/// What an effect costs, or what leaving it out saves, in words.
+fn price(cost: &EffectCost) -> String {
+    let [low, high] = cost.time_ratio_quartiles;
+    // The share of the frame that has the effect.
+    let percent = 100.0 * (1.0 - 1.0 / cost.time_ratio);
+    let time = match low <= 1.0 && 1.0 <= high {
+        true => "no time that noise lets see".to_owned(),
+        false => format!("{percent:.1} % of a frame"),
+    };
+    let memory = match cost.bytes {
+        Some(bytes) => format!(", {:.1} MiB", bytes as f64 / f64::from(1 << 20)),
+        None => String::new(),
+    };
+    let verb = if cost.on { "costs" } else { "saves" };
+    format!("{verb} {time}{memory}")
+}
+
 fn section(text: &mut String, heading: &str, rows: &[Vec<String>]) {
     if rows.is_empty() {
         return;

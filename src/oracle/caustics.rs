@@ -1,0 +1,153 @@
+//! Light from lamps without extent by way of mirrors and smooth glass, which no path from the eye can meet: photons, kept where they
+//! first fall onto a surface that spreads light, and counted within a small disc.
+//!
+//! Source: Jensen, "Global Illumination using Photon Maps", 1996, section 2.1; the rest of the oracle needs no photons.
+//! Limits: the one part of the oracle that blurs, by the disc's radius; vanishes with it, as do the photons in a disc.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use glam::{DVec3, I64Vec3};
+use rayon::prelude::*;
+
+use super::geometry::{Ray, Surface};
+use super::path::Oracle;
+use super::random::Random;
+use super::{bsdf::Bsdf, material};
+
+/// Smallest cosine between the surfaces of a photon and of the point that counts it: corners stay apart.
+const NORMAL_COS_MIN: f64 = 0.9;
+/// Most surfaces that a photon meets: beyond, what is left in a ball of glass is nothing.
+const DEPTH_MAX: u32 = 64;
+/// Photons that one thread traces in a row.
+const BATCH: u32 = 4096;
+/// Sets the photons' random numbers apart from the pixels'.
+const STREAM: u32 = 0x6361_7573;
+
+struct Photon {
+    position: DVec3,
+    geometric_normal: DVec3,
+    /// Unit, to where it came from.
+    wi: DVec3,
+    flux_w: DVec3,
+}
+
+/// Photons of one pass.
+pub(super) struct Caustics {
+    /// In the order of their cells.
+    photons: Vec<Photon>,
+    /// First photon and the one after the last, by cell.
+    cells: HashMap<I64Vec3, (usize, usize)>,
+    radius_m: f64,
+    emitted: f64,
+}
+
+impl Caustics {
+    /// Traces `count` photons; what is nearer than `radius_m` counts as in one place.
+    pub fn trace(oracle: &Oracle<'_>, count: u32, radius_m: f64, seed: u32, frame: u32) -> Self {
+        let batches = count.div_ceil(BATCH);
+        let mut photons: Vec<Photon> = (0..batches)
+            .into_par_iter()
+            .flat_map_iter(|batch| {
+                let first = batch * BATCH;
+                let mut kept = Vec::new();
+                for index in first..count.min(first + BATCH) {
+                    let mut random = Random::of([seed ^ STREAM, frame, index, STREAM]);
+                    follow(oracle, &mut random, &mut kept);
+                }
+                kept
+            })
+            .collect();
+        let cell_of = |photon: &Photon| cell(photon.position, radius_m).to_array();
+        photons.par_sort_by_key(cell_of);
+        let mut cells: HashMap<I64Vec3, (usize, usize)> = HashMap::new();
+        for (index, photon) in photons.iter().enumerate() {
+            let range = cells
+                .entry(cell(photon.position, radius_m))
+                .or_insert((index, index));
+            range.1 = index + 1;
+        }
+        Self {
+            photons,
+            cells,
+            radius_m,
+            emitted: f64::from(count),
+        }
+    }
+
+    /// Radiance that a surface reflects (or lets through) of them towards `wo`, W/(m² sr).
+    pub fn radiance(&self, surface: &Surface, bsdf: &Bsdf, wo: DVec3) -> DVec3 {
+        // Cells are as wide as the disc: it reaches into two along each axis at most.
+        let lowest = cell(surface.position - self.radius_m, self.radius_m);
+        let mut sum = DVec3::ZERO;
+        for offset in 0..8 {
+            let neighbour = I64Vec3::new(offset & 1, offset >> 1 & 1, offset >> 2);
+            let Some(&(first, end)) = self.cells.get(&(lowest + neighbour)) else {
+                continue;
+            };
+            for photon in &self.photons[first..end] {
+                let is_near = photon.position.distance_squared(surface.position)
+                    <= self.radius_m * self.radius_m;
+                let faces = photon.geometric_normal.dot(surface.geometric_normal).abs();
+                let is_reflected = photon.wi.dot(surface.shading_normal) > 0.0;
+                let is_consistent = is_reflected == (photon.wi.dot(surface.geometric_normal) > 0.0);
+                if is_near && faces >= NORMAL_COS_MIN && is_consistent {
+                    sum += photon.flux_w * bsdf.evaluate(surface.shading_normal, wo, photon.wi);
+                }
+            }
+        }
+        sum / (PI * self.radius_m * self.radius_m * self.emitted)
+    }
+}
+
+fn cell(position: DVec3, radius_m: f64) -> I64Vec3 {
+    (position / (2.0 * radius_m)).floor().as_i64vec3()
+}
+
+/// Follows one photon through mirrors and smooth glass, and keeps it wherever it falls onto a surface that spreads light.
+fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
+    let Some((mut ray, mut flux_w)) = oracle.lights.emit(random) else {
+        return;
+    };
+    let scene = oracle.geometry.scene;
+    let mut medium = None;
+    for depth in 0..DEPTH_MAX {
+        let Some((_, surface)) = oracle.first_surface(&ray, f64::INFINITY) else {
+            return;
+        };
+        flux_w *= oracle.transmittance(medium, surface.position.distance(ray.origin));
+        let bsdf = material::bsdf(scene, &surface);
+        if depth > 0 && bsdf.is_spread() {
+            kept.push(Photon {
+                position: surface.position,
+                geometric_normal: surface.geometric_normal,
+                wi: -ray.direction,
+                flux_w,
+            });
+        }
+        let Some(sample) = bsdf.sample(surface.shading_normal, -ray.direction, random) else {
+            return;
+        };
+        let is_through = sample.wi.dot(surface.geometric_normal) < 0.0;
+        if sample.density.is_some() || is_through != sample.is_refracted {
+            return;
+        }
+        flux_w *= sample.weight;
+        if let Some(interface) = bsdf.interface.filter(|i| sample.is_refracted && !i.is_thin) {
+            // Radiance is squeezed in glass; flux is not.
+            flux_w *= interface.ior * interface.ior;
+        }
+        if depth >= 8 {
+            let survival = 0.9;
+            if random.uniform() >= survival {
+                return;
+            }
+            flux_w /= survival;
+        }
+        medium = oracle.medium_beyond(medium, &surface, sample.is_refracted);
+        ray = Ray {
+            origin: surface.position,
+            direction: sample.wi,
+        };
+    }
+}
