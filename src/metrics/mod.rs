@@ -2,10 +2,12 @@
 //!
 //! Linear radiance is judged by [`error`] (bias, squared error, relative error), what an observer sees by [`ssim`] and
 //! [`error::psnr_db`] on display values; [`region`] cuts the picture by true eccentricity. [`compare`] puts them together.
+//! [`temporal`] judges how a sequence changes.
 
 pub mod error;
 pub mod region;
 pub mod ssim;
+pub mod temporal;
 
 use serde::Serialize;
 
