@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use macula::cli::CliError;
-use macula::cli::compare::{Args, GazeAngles, Judgement};
+use macula::cli::compare::{Args, GazeAngles, Judgement, ReferenceSe};
 use macula::image::{LinearImage, exr};
 use macula::metrics::region::EccentricityLimits;
 use shared::shared;
@@ -18,7 +18,9 @@ fn args(image: &Path, reference: &Path) -> Args {
         reference: reference.into(),
         gaze: None,
         vfov: None,
-        reference_se: None,
+        reference_se: ReferenceSe::Beside,
+        flip: false,
+        fovvideovdp: None,
     }
 }
 
@@ -95,7 +97,7 @@ fn the_numbers_agree_with_an_independent_program() {
             return;
         };
         let ours = judge(&Args {
-            reference_se: Some(reference.with_extension("se.exr")),
+            reference_se: ReferenceSe::File(reference.with_extension("se.exr")),
             ..args(&image, &reference)
         });
         let ours = ours.unwrap().comparison;
@@ -169,7 +171,24 @@ fn the_table_and_the_json_say_the_same() {
     let judgement = judge(&args(&candidate, &reference)).unwrap();
     let json = serde_json::to_value(&judgement).unwrap();
     assert_eq!(json["whole"]["mean_ratio"][1], 1.25);
+    assert_eq!(json["whole"]["bias"][0], 0.25);
     assert_eq!(json["whole"]["mse"], 0.0625);
+    for known_by_scripts in [
+        "pixels",
+        "mse_corrected",
+        "relmse",
+        "relmse_corrected",
+        "relmse_trimmed",
+        "relative_error_p50",
+        "relative_error_p95",
+        "psnr_db",
+        "ssim",
+    ] {
+        assert!(
+            json["whole"].get(known_by_scripts).is_some(),
+            "{known_by_scripts}"
+        );
+    }
     assert_eq!(
         (&json["width"], &json["faults"]["nan"]),
         (&16.into(), &0.into())
@@ -177,13 +196,55 @@ fn the_table_and_the_json_say_the_same() {
     assert!(json.get("fovea").is_none() && json.get("fovea_limit_rad").is_none());
     let table = judgement.to_string();
     assert!(
-        table.contains("1.2500") && table.contains("6.250e-2"),
+        table.contains("1.2500") && table.contains("+2.500e-1") && table.contains("6.250e-2"),
         "{table}"
     );
+    assert!(table.contains("not known"), "{table}");
     assert!(
         table.contains("8x8 blocks") && !table.contains("periphery "),
         "{table}"
     );
+}
+
+#[test]
+fn the_noise_of_a_reference_is_found_beside_it_taken_off_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = flat(32, 32, 1.0);
+    // A reference that errs by its standard error, up and down in turn.
+    let mut reference = truth.clone();
+    for (i, rgb) in reference.rgb.iter_mut().enumerate() {
+        *rgb = [if i.is_multiple_of(2) { 1.25 } else { 0.75 }; 3];
+    }
+    let candidate = write(folder.path(), "candidate.exr", &truth);
+    let wrong = write(folder.path(), "wrong.exr", &flat(32, 32, 2.0));
+    let reference = write(folder.path(), "reference.exr", &reference);
+    let without = judge(&args(&candidate, &reference)).unwrap();
+    assert_eq!(without.reference_se, None);
+    let beside = write(folder.path(), "reference.se.exr", &flat(32, 32, 0.25));
+
+    let found = judge(&args(&candidate, &reference)).unwrap();
+    assert_eq!(found.reference_se.as_deref(), Some(beside.as_path()));
+    let error = found.comparison.whole.as_ref().unwrap().error.clone();
+    assert!(error.mse == 0.0625 && error.mse_corrected.unwrap().abs() < 1e-12);
+    assert!(error.is_below_reference_noise());
+    let table = found.to_string();
+    assert!(
+        table.contains("reference.se.exr") && table.contains("  <"),
+        "{table}"
+    );
+
+    let seen = judge(&args(&wrong, &reference)).unwrap();
+    let error = seen.comparison.whole.as_ref().unwrap().error.clone();
+    assert!(!error.is_below_reference_noise() && error.mse_corrected.unwrap() > 0.9);
+    assert!(!seen.to_string().contains("  <"), "{seen}");
+
+    let refused = Args {
+        reference_se: ReferenceSe::None,
+        ..args(&candidate, &reference)
+    };
+    let refused = judge(&refused).unwrap();
+    assert_eq!(refused.reference_se, None);
+    assert_eq!(refused.comparison.whole.unwrap().error.mse_corrected, None);
 }
 
 #[test]
@@ -237,7 +298,17 @@ fn the_command_line_wants_gaze_and_field_of_view_together() {
             .chain(options);
         <Line as clap::Parser>::try_parse_from(words).map(|line| line.args)
     };
-    assert_eq!(parse(&[]).unwrap().gaze, None);
+    let plain = parse(&[]).unwrap();
+    assert_eq!(
+        (plain.gaze, plain.reference_se),
+        (None, ReferenceSe::Beside)
+    );
+    let noise = |choice| parse(&["--reference-se", choice]).unwrap().reference_se;
+    assert_eq!(noise("none"), ReferenceSe::None);
+    assert_eq!(noise("./none"), ReferenceSe::File("./none".into()));
+    let display = |option: &[&str]| parse(option).unwrap().fovvideovdp;
+    assert_eq!(display(&["--fovvideovdp"]).as_deref(), Some("standard_hmd"));
+    assert_eq!(display(&["--fovvideovdp=ipad"]).as_deref(), Some("ipad"));
     let gaze = parse(&["--gaze", "-5,-2.5", "--vfov", "60"])
         .unwrap()
         .gaze
@@ -291,5 +362,9 @@ fn the_program_prints_one_object_and_ends_as_promised() {
     assert!(complaint.starts_with("error: ") && complaint.contains("absent.exr"));
     assert!(complaint.contains("caused by: "), "{complaint}");
     assert_eq!(macula(&gaze[..4]).status.code(), Some(2));
+    let mixed = macula(&["candidate.exr", "."]);
+    assert_eq!(mixed.status.code(), Some(2));
+    let complaint = String::from_utf8(mixed.stderr).unwrap();
+    assert!(complaint.contains("two folders"), "{complaint}");
     assert!(reference.exists() && candidate.exists());
 }

@@ -4,13 +4,13 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
-
+use super::eye_columns::{self, EYE_NAMES, angles_deg};
 use super::run_record::RunRecord;
 use crate::fovea::region;
 use crate::frame::{FrameInput, FrameOutcome, FrameRenderer};
 use crate::gpu::GpuDevice;
 use crate::image::{LinearImage, exr, png};
+use crate::metrics::region::EyeView;
 use crate::params::Params;
 use crate::report::{self, Report};
 use crate::scene::Scene;
@@ -81,8 +81,6 @@ pub struct Collector {
     picture_size: [u32; 2],
     warnings: Vec<String>,
 }
-
-const EYE_NAMES: [&str; 2] = ["left", "right"];
 
 impl Collector {
     /// Starts the table, and the folder of pictures if there will be any.
@@ -157,7 +155,7 @@ impl Collector {
             eyes,
             gaze_state: state_name(outcome),
             gaze_age_ms: gaze_age_ms(input, outcome),
-            gaze_angles_deg: Some(angles_deg(outcome.gaze.ray.dir())),
+            gaze_angles_deg: Some(angles_deg(outcome.gaze.ray.dir().as_dvec3())),
             pass_ms: outcome
                 .passes
                 .iter()
@@ -183,7 +181,7 @@ impl Collector {
     }
 
     fn add_row(&mut self, input: &FrameInput, outcome: &FrameOutcome) -> Result<(), FrameError> {
-        let [azimuth_deg, elevation_deg] = angles_deg(outcome.gaze.ray.dir());
+        let [azimuth_deg, elevation_deg] = angles_deg(outcome.gaze.ray.dir().as_dvec3());
         let optional =
             |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
         let mut columns: Vec<(String, String)> = vec![
@@ -203,6 +201,14 @@ impl Collector {
             ),
             ("wall_ms".into(), format!("{:.3}", outcome.wall_ms)),
         ];
+        for eye in 0..2 {
+            let view = EyeView {
+                fov: input.local_from_eye[eye].fov,
+                gaze_dir_in_view: outcome.gaze_dir_in_eye[eye].as_dvec3(),
+            };
+            let values = eye_columns::values(view).map(|value| format!("{value:.4}"));
+            columns.extend(eye_columns::names(eye).into_iter().zip(values));
+        }
         let passes = &outcome.passes;
         columns.extend(passes.iter().map(|p| {
             (
@@ -308,15 +314,6 @@ fn gaze_age_ms(input: &FrameInput, outcome: &FrameOutcome) -> Option<f64> {
         .gaze
         .age_ns(input.display_time_ns)
         .map(|age_ns| age_ns as f64 * 1e-6)
-}
-
-/// To the right and up of straight ahead, degrees.
-fn angles_deg(dir_in_view: Vec3) -> [f64; 2] {
-    let d = dir_in_view.as_dvec3();
-    [
-        d.x.atan2(-d.z).to_degrees(),
-        d.y.clamp(-1.0, 1.0).asin().to_degrees(),
-    ]
 }
 
 fn photon_counts(outcome: &FrameOutcome) -> Vec<(String, u64)> {

@@ -6,6 +6,7 @@ pub mod common;
 pub mod compare;
 pub mod demo;
 pub mod doctor;
+pub mod eye_columns;
 pub mod help;
 pub mod inspect;
 pub mod output;

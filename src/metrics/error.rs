@@ -1,14 +1,15 @@
 //! Errors of linear radiance over a set of pixels, and the peak signal-to-noise ratio of display values.
 //!
 //! Relative squared error is (c - r)² / (r² + eps²), eps = 1% of the mean of the whole reference, so that regions share one scale. A
-//! reference that was itself estimated adds its own variance; where its standard error is known, `*_corrected` subtracts it.
+//! reference that was itself estimated adds its own variance; where its standard error is known, `*_corrected` subtracts it and
+//! [`ReferenceNoise`] says how large it is and what it hides.
 
 use serde::Serialize;
 
+use super::noise::{NoiseSums, ReferenceNoise};
+
 /// The share of pixels, those with the largest error, that the trimmed relative error leaves out: 0.1%, the fireflies.
 const TRIMMED_SHARE: f64 = 0.001;
-/// The side, in pixels, of the blocks of [`block_stats`].
-const BLOCK_SIDE: usize = 8;
 
 /// Two pictures of the same size in linear RGB, row by row, and how sure the reference is.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +53,10 @@ impl Faults {
 pub struct ErrorStats {
     /// Pixels (or blocks) judged.
     pub pixels: usize,
-    /// Bias: sum of the picture over sum of the reference, for R, G and B; 1 is unbiased, `None` where the reference sums to zero.
+    /// Bias: mean of the picture less mean of the reference, for R, G and B, W/(m² sr).
+    pub bias: [f64; 3],
+    /// Bias as a ratio: sum of the picture over sum of the reference, for R, G and B; 1 is unbiased, `None` where the reference sums to
+    /// zero.
     pub mean_ratio: [Option<f64>; 3],
     /// Mean squared error.
     pub mse: f64,
@@ -68,19 +72,32 @@ pub struct ErrorStats {
     pub relative_error_p50: f64,
     /// Its 95th percentile.
     pub relative_error_p95: f64,
+    /// How noisy the reference itself is here, where its standard error is known.
+    #[serde(flatten)]
+    pub reference_noise: Option<ReferenceNoise>,
 }
 
 impl ErrorStats {
+    /// Whether the relative error is too small for the noise of this reference; `false` where that noise is not known.
+    pub fn is_below_reference_noise(&self) -> bool {
+        let limit = self.reference_noise.map(|noise| noise.detectable_relmse);
+        self.relmse_corrected
+            .zip(limit)
+            .is_some_and(|(error, limit)| error < limit)
+    }
+
     /// The errors over the given pixels, or `None` if there are none. `epsilon` is in units of the pictures and above zero.
     pub fn of(pair: ImagePair, pixels: &[usize], epsilon: f64) -> Option<Self> {
         if pixels.is_empty() {
             return None;
         }
         let mut sums = Sums::default();
+        let mut noise = NoiseSums::default();
         let mut relative_errors = Vec::with_capacity(3 * pixels.len());
         let mut relative_squares = Vec::with_capacity(pixels.len());
         for &pixel in pixels {
             let mut relative_square = 0.0;
+            let [mut variance, mut relative_variance] = [[0.0; 3]; 2];
             for channel in 0..3 {
                 let candidate = f64::from(pair.candidate[pixel][channel]);
                 let reference = f64::from(pair.reference[pixel][channel]);
@@ -92,11 +109,11 @@ impl ErrorStats {
                 relative_square += square / scale;
                 relative_errors.push((square / scale).sqrt());
                 if let Some(standard_error) = pair.reference_standard_error {
-                    let variance = f64::from(standard_error[pixel][channel]).powi(2);
-                    sums.variance += variance;
-                    sums.relative_variance += variance / scale;
+                    variance[channel] = f64::from(standard_error[pixel][channel]).powi(2);
+                    relative_variance[channel] = variance[channel] / scale;
                 }
             }
+            noise.add(variance, relative_variance);
             relative_squares.push(relative_square / 3.0);
         }
         relative_errors.sort_unstable_by(f64::total_cmp);
@@ -104,23 +121,26 @@ impl ErrorStats {
         let kept = ((1.0 - TRIMMED_SHARE) * pixels.len() as f64).ceil() as usize;
         let values = (3 * pixels.len()) as f64;
         let (mse, relmse) = (sums.square / values, mean_of(&relative_squares));
-        let corrected = |error: f64, variance: f64| {
-            pair.reference_standard_error
-                .map(|_| error - variance / values)
-        };
+        let reference_noise = pair
+            .reference_standard_error
+            .map(|_| noise.over(pixels.len()));
         Some(Self {
             pixels: pixels.len(),
+            bias: std::array::from_fn(|channel| {
+                (sums.candidate[channel] - sums.reference[channel]) / pixels.len() as f64
+            }),
             mean_ratio: std::array::from_fn(|channel| {
                 let (candidate, reference) = (sums.candidate[channel], sums.reference[channel]);
                 (reference > 0.0).then(|| candidate / reference)
             }),
             mse,
-            mse_corrected: corrected(mse, sums.variance),
+            mse_corrected: reference_noise.map(|noise| mse - noise.reference_mse),
             relmse,
-            relmse_corrected: corrected(relmse, sums.relative_variance),
+            relmse_corrected: reference_noise.map(|noise| relmse - noise.reference_relmse),
             relmse_trimmed: mean_of(&relative_squares[..kept.max(1)]),
             relative_error_p50: percentile(&relative_errors, 0.50),
             relative_error_p95: percentile(&relative_errors, 0.95),
+            reference_noise,
         })
     }
 }
@@ -130,8 +150,6 @@ struct Sums {
     candidate: [f64; 3],
     reference: [f64; 3],
     square: f64,
-    variance: f64,
-    relative_variance: f64,
 }
 
 fn mean_of(values: &[f64]) -> f64 {
@@ -153,45 +171,6 @@ pub fn mean(rgb: &[[f32; 3]], pixels: &[usize]) -> f64 {
         .map(f64::from)
         .sum();
     sum / (3 * pixels.len()) as f64
-}
-
-/// Errors of the means of 8x8 pixels. Pixels of the picture that are not finite are left out of both means, blocks that lose more than
-/// half of their pixels are left out, and so are the cut blocks at the right and the bottom. `None` if no block remains.
-pub fn block_stats(pair: ImagePair, epsilon: f64) -> Option<ErrorStats> {
-    let (columns, rows) = (
-        pair.width / BLOCK_SIDE,
-        pair.candidate.len() / pair.width / BLOCK_SIDE,
-    );
-    let mut candidate = Vec::with_capacity(columns * rows);
-    let mut reference = Vec::with_capacity(columns * rows);
-    for block in 0..columns * rows {
-        let corner = block / columns * BLOCK_SIDE * pair.width + block % columns * BLOCK_SIDE;
-        let pixels: Vec<usize> = (0..BLOCK_SIDE * BLOCK_SIDE)
-            .map(|i| corner + i / BLOCK_SIDE * pair.width + i % BLOCK_SIDE)
-            .filter(|&pixel| pair.candidate[pixel].iter().all(|x| x.is_finite()))
-            .collect();
-        if 2 * pixels.len() >= BLOCK_SIDE * BLOCK_SIDE {
-            candidate.push(mean_rgb(pair.candidate, &pixels));
-            reference.push(mean_rgb(pair.reference, &pixels));
-        }
-    }
-    let blocks = ImagePair {
-        width: columns,
-        candidate: &candidate,
-        reference: &reference,
-        reference_standard_error: None,
-    };
-    ErrorStats::of(blocks, &Vec::from_iter(0..candidate.len()), epsilon)
-}
-
-fn mean_rgb(rgb: &[[f32; 3]], pixels: &[usize]) -> [f32; 3] {
-    std::array::from_fn(|channel| {
-        let sum: f64 = pixels
-            .iter()
-            .map(|&pixel| f64::from(rgb[pixel][channel]))
-            .sum();
-        (sum / pixels.len() as f64) as f32
-    })
 }
 
 /// Peak signal-to-noise ratio in dB of two pictures whose full scale is 1, over the given pixels; `None` if there are none or the
@@ -228,8 +207,13 @@ mod tests {
         let relmse = (0.25 / 1.01 + 1.0 / 0.01) / 3.0;
         assert!((result.relmse - relmse).abs() < 1e-9);
         assert_eq!(result.mean_ratio, [Some(1.5), None, Some(1.0)]);
+        assert_eq!(result.bias, [0.5, 1.0, 0.0]);
         assert!((result.relative_error_p50 - (0.25_f64 / 1.01).sqrt()).abs() < 1e-9);
-        assert_eq!(result.relmse_corrected, None);
+        assert_eq!(
+            (result.relmse_corrected, result.reference_noise),
+            (None, None)
+        );
+        assert!(!result.is_below_reference_noise());
     }
 
     #[test]
@@ -266,34 +250,19 @@ mod tests {
         assert!(result.mse_corrected.unwrap().abs() < 1e-12);
         assert!(result.relmse_corrected.unwrap().abs() < 1e-12);
         assert!(result.relmse > 0.03);
-    }
-
-    #[test]
-    fn blocks_average_noise_away_but_not_bias() {
-        let reference = vec![[1.0; 3]; 256];
-        let checkered = |bias: f32| -> Vec<[f32; 3]> {
-            let noise = |i: usize| {
-                if (i + i / 16).is_multiple_of(2) {
-                    0.5
-                } else {
-                    -0.5
-                }
-            };
-            (0..256).map(|i| [1.0 + bias + noise(i); 3]).collect()
+        let noise = result.reference_noise.unwrap();
+        assert_eq!(noise.reference_mse, 0.25);
+        // The mean of four pixels of standard error 0.5; per pixel 2 v² with v the sum of 0.25 over three channels.
+        assert_eq!(noise.bias_standard_error, [0.25; 3]);
+        let deviation = (2.0 * 4.0 * 0.75_f64.powi(2)).sqrt() / 12.0;
+        assert!((noise.detectable_mse - 2.0 * deviation).abs() < 1e-12);
+        assert!(result.is_below_reference_noise());
+        let wrong = ImagePair {
+            candidate: &[[4.0; 3]; 4],
+            ..pair
         };
-        let blocks = |candidate: &[[f32; 3]]| {
-            let pair = ImagePair {
-                width: 16,
-                candidate,
-                reference: &reference,
-                reference_standard_error: None,
-            };
-            block_stats(pair, 0.01).unwrap()
-        };
-        let noisy = blocks(&checkered(0.0));
-        assert_eq!(noisy.pixels, 4);
-        assert!(noisy.mse < 1e-12);
-        assert!((blocks(&checkered(0.25)).mse - 0.0625).abs() < 1e-6);
+        let wrong = ErrorStats::of(wrong, &[0, 1, 2, 3], 0.02).unwrap();
+        assert!(!wrong.is_below_reference_noise());
     }
 
     #[test]

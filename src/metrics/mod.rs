@@ -2,18 +2,23 @@
 //!
 //! Linear radiance is judged by [`error`] (bias, squared error, relative error), what an observer sees by [`ssim`] and
 //! [`error::psnr_db`] on display values; [`region`] cuts the picture by true eccentricity. [`compare`] puts them together.
-//! [`temporal`] judges how a sequence changes.
+//! [`temporal`] judges how a sequence changes, [`stereo`] what the two eyes are shown differently.
 
+pub mod area;
+pub mod block;
 pub mod error;
+pub mod noise;
 pub mod region;
 pub mod ssim;
+pub mod stereo;
 pub mod temporal;
 
 use serde::Serialize;
 
 use crate::image::png;
+pub use area::Area;
 use error::{ErrorStats, Faults, ImagePair};
-use region::{EccentricityLimits, Region};
+use region::{ByRegion, EccentricityLimits, Region};
 
 /// The share of the reference's mean that keeps relative errors finite where the reference is dark: eps = 1%.
 pub const RELATIVE_EPSILON: f64 = 0.01;
@@ -46,18 +51,6 @@ pub enum MetricsError {
     NothingFinite,
 }
 
-/// The errors of one region of the picture, or of all of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Area {
-    /// Errors of linear radiance.
-    #[serde(flatten)]
-    pub error: ErrorStats,
-    /// Peak signal-to-noise ratio of display values (full scale 1), dB; `None` where they are equal.
-    pub psnr_db: Option<f64>,
-    /// Structural similarity of display values, 1 = equal; `None` where no 11x11 window fits.
-    pub ssim: Option<f64>,
-}
-
 /// What [`compare`] found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
@@ -83,6 +76,18 @@ pub struct Comparison {
     pub periphery: Option<Area>,
     /// The exposure at which display values were taken: the mean luminance of the reference becomes middle grey, 0.18.
     pub display_exposure_ev: f64,
+}
+
+impl Comparison {
+    /// The errors of the whole and of each region.
+    pub fn areas(&self) -> ByRegion<Area> {
+        ByRegion {
+            whole: self.whole.clone(),
+            fovea: self.fovea.clone(),
+            transition: self.transition.clone(),
+            periphery: self.periphery.clone(),
+        }
+    }
 }
 
 /// How a picture departs from a black reference.
@@ -136,10 +141,11 @@ pub fn compare(
             error: ErrorStats::of(pair, pixels, epsilon)?,
             psnr_db: error::psnr_db(&display.candidate, &display.reference, pixels),
             ssim: display.mean_ssim(pixels),
+            reference_psnr_db: display.reference_psnr_db(pixels),
         })
     };
     comparison.display_exposure_ev = display.exposure_ev;
-    comparison.block8 = error::block_stats(pair, epsilon);
+    comparison.block8 = block::block_stats(pair, epsilon);
     if let Some((angles, limits)) = regions {
         let within = |region: Region| -> Vec<usize> {
             let inside = |&pixel: &usize| limits.region(angles[pixel]) == region;
@@ -200,6 +206,8 @@ struct Display {
     exposure_ev: f64,
     candidate: Vec<[f32; 3]>,
     reference: Vec<[f32; 3]>,
+    /// The reference with each value one standard error higher.
+    shifted_reference: Option<Vec<[f32; 3]>>,
     /// Structural similarity around each pixel where a window fits.
     ssim: Vec<Option<f64>>,
 }
@@ -215,13 +223,25 @@ impl Display {
                 .collect()
         };
         let (candidate, reference) = (show(pair.candidate), show(pair.reference));
+        let shifted = |standard_error: &[[f32; 3]]| {
+            let pixels = pair.reference.iter().zip(standard_error);
+            let sum =
+                |(rgb, error): (&[f32; 3], &[f32; 3])| std::array::from_fn(|i| rgb[i] + error[i]);
+            show(&pixels.map(sum).collect::<Vec<_>>())
+        };
         let ssim = ssim::map(&candidate, &reference, pair.width);
         Self {
             exposure_ev,
             candidate,
             reference,
+            shifted_reference: pair.reference_standard_error.map(shifted),
             ssim,
         }
+    }
+
+    fn reference_psnr_db(&self, pixels: &[usize]) -> Option<f64> {
+        let shifted = self.shifted_reference.as_deref()?;
+        error::psnr_db(shifted, &self.reference, pixels)
     }
 
     fn mean_ssim(&self, pixels: &[usize]) -> Option<f64> {

@@ -2,6 +2,7 @@
 //! or the asymmetry of the view.
 
 use glam::{DVec3, Vec2};
+use serde::Serialize;
 
 use crate::view::Fov;
 
@@ -38,7 +39,12 @@ impl EccentricityLimits {
     }
 }
 
-/// The angle of every pixel's centre from the gaze, in radians, row by row: atan2(|r x g|, r . g), exact at 0 and beyond 90 degrees.
+/// The angle between a ray and the gaze, in radians: atan2(|r x g|, r . g), exact at 0 and beyond 90 degrees, whatever their lengths.
+pub fn eccentricity_rad(ray: DVec3, gaze: DVec3) -> f64 {
+    ray.cross(gaze).length().atan2(ray.dot(gaze))
+}
+
+/// The angle of every pixel's centre from the gaze, in radians, row by row.
 /// `gaze_dir_in_view` need not be of unit length.
 pub fn eccentricities_rad(
     fov: Fov,
@@ -49,12 +55,103 @@ pub fn eccentricities_rad(
     let angle = |pixel: usize| {
         let center = Vec2::new((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
         let uv = center / Vec2::new(width as f32, height as f32);
-        let ray = fov.dir_in_view(uv).as_dvec3();
-        ray.cross(gaze_dir_in_view)
-            .length()
-            .atan2(ray.dot(gaze_dir_in_view))
+        eccentricity_rad(fov.dir_in_view(uv).as_dvec3(), gaze_dir_in_view)
     };
     (0..width * height).map(angle).collect()
+}
+
+/// How an eye saw its picture, and where it looked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EyeView {
+    /// The picture's field of view.
+    pub fov: Fov,
+    /// Direction of the gaze in the eye's view space; need not be of unit length.
+    pub gaze_dir_in_view: DVec3,
+}
+
+/// One value for the whole picture and one for each region; a region without a pixel has none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ByRegion<T> {
+    /// All pixels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub whole: Option<T>,
+    /// Pixels within the fovea's eccentricity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fovea: Option<T>,
+    /// Pixels between the fovea's and the transition's eccentricity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transition: Option<T>,
+    /// Pixels beyond.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub periphery: Option<T>,
+}
+
+impl<T> ByRegion<T> {
+    /// What `value` makes of the numbers (of pixels, or of whatever `region` knows the region of) below `count`: of all, and of each
+    /// region's, where `region` tells it.
+    pub fn of(
+        count: usize,
+        region: impl Fn(usize) -> Option<Region>,
+        value: impl Fn(&[usize]) -> Option<T>,
+    ) -> Self {
+        let within = |wanted: Region| -> Option<T> {
+            let inside = |&number: &usize| region(number) == Some(wanted);
+            value(&Vec::from_iter((0..count).filter(inside)))
+        };
+        Self {
+            whole: value(&Vec::from_iter(0..count)),
+            fovea: within(Region::Fovea),
+            transition: within(Region::Transition),
+            periphery: within(Region::Periphery),
+        }
+    }
+
+    /// What `value` makes of the values that many have for the whole and for each region, e.g. their mean.
+    pub fn combine<U>(many: &[ByRegion<U>], value: impl Fn(&[U]) -> Option<T>) -> Self
+    where
+        U: Clone,
+    {
+        let each = |part: fn(&ByRegion<U>) -> &Option<U>| {
+            value(&Vec::from_iter(
+                many.iter().filter_map(|one| part(one).clone()),
+            ))
+        };
+        Self {
+            whole: each(|one| &one.whole),
+            fovea: each(|one| &one.fovea),
+            transition: each(|one| &one.transition),
+            periphery: each(|one| &one.periphery),
+        }
+    }
+
+    /// Both values of the whole and of each region put together, where there is either.
+    pub fn zip<U, V>(
+        self,
+        other: ByRegion<U>,
+        together: impl Fn(Option<T>, Option<U>) -> V,
+    ) -> ByRegion<V> {
+        let each = |one: Option<T>, other: Option<U>| {
+            (one.is_some() || other.is_some()).then(|| together(one, other))
+        };
+        ByRegion {
+            whole: each(self.whole, other.whole),
+            fovea: each(self.fovea, other.fovea),
+            transition: each(self.transition, other.transition),
+            periphery: each(self.periphery, other.periphery),
+        }
+    }
+
+    /// The values with their names.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &T)> {
+        let all = [
+            ("whole", &self.whole),
+            ("fovea", &self.fovea),
+            ("transition", &self.transition),
+            ("periphery", &self.periphery),
+        ];
+        all.into_iter()
+            .filter_map(|(name, value)| Some((name, value.as_ref()?)))
+    }
 }
 
 #[cfg(test)]
