@@ -223,7 +223,7 @@ fn looks_at_the_middle(view: EyeView, image: &LinearImage) -> bool {
 fn write_ppm(path: &Path, image: &LinearImage, exposure_ev: f32) -> Result<(), CliError> {
     let write = || -> io::Result<()> {
         let mut file = std::fs::File::create(path)?;
-        write!(file, "P6 {} {} 255\n", image.width, image.height)?;
+        writeln!(file, "P6 {} {} 255", image.width, image.height)?;
         file.write_all(&png::to_rgb8(image, exposure_ev))
     };
     write().map_err(|error| CliError::because(format!("cannot write {}", path.display()), error))
