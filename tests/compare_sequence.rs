@@ -264,20 +264,19 @@ fn the_noise_of_references_is_found_beside_each_frame() {
 #[test]
 fn a_black_reference_does_not_stop_a_sequence() {
     let home = tempfile::tempdir().unwrap();
-    let black = [("f0.exr", 0.0), ("f1.exr", 1.0)];
+    let black = [("f0.exr", 0.0), ("f1.exr", 1.0), ("f2.exr", 1.0)];
     let reference = sequence(home.path(), "reference", &black, None);
-    let judged = sequence(
-        home.path(),
-        "judged",
-        &[("f0.exr", 0.5), ("f1.exr", 1.0)],
-        None,
-    );
+    let half = [("f0.exr", 0.5), ("f1.exr", 1.0), ("f2.exr", 1.0)];
+    let judged = sequence(home.path(), "judged", &half, None);
     let judgement = judge(&judged, &reference).unwrap();
-    assert_eq!(judgement.frames_against_black, 1);
+    assert_eq!((judgement.frames, judgement.frames_against_black), (3, 1));
     assert!(judgement.to_string().contains("1 references"));
     let whole = judgement.areas.whole.unwrap();
     assert_eq!(whole.area.unwrap().error.mse, 0.0);
-    assert!(close(whole.temporal.unwrap().temporal_mse_error, 0.25));
+    assert!(close(
+        whole.temporal.unwrap().temporal_mse_error,
+        0.25 / 2.0
+    ));
 }
 
 #[test]

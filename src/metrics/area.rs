@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::error::ErrorStats;
+use super::error::{ErrorStats, Faults};
 use super::noise::ReferenceNoise;
 use super::temporal::mean;
 
@@ -12,6 +12,8 @@ pub struct Area {
     /// Errors of linear radiance.
     #[serde(flatten)]
     pub error: ErrorStats,
+    /// NaN, infinite and negative channel values; pixels that are not finite are not in `error`.
+    pub faults: Faults,
     /// Peak signal-to-noise ratio of display values (full scale 1), dB; `None` where they are equal.
     pub psnr_db: Option<f64>,
     /// Structural similarity of display values, 1 = equal; `None` where no 11x11 window fits.
@@ -23,7 +25,7 @@ pub struct Area {
 }
 
 impl Area {
-    /// Each figure's mean over frames, where it exists; `pixels` is their sum. `None` for no frames.
+    /// Each figure's mean over frames, where it exists; `pixels` and `faults` are sums. `None` for no frames.
     pub fn mean(frames: &[Self]) -> Option<Self> {
         if frames.is_empty() {
             return None;
@@ -48,6 +50,7 @@ impl Area {
                     errors().filter_map(|error| error.reference_noise).collect(),
                 ),
             },
+            faults: frames.iter().map(|area| area.faults).sum(),
             psnr_db: mean(frames.iter().filter_map(|area| area.psnr_db)),
             ssim: mean(frames.iter().filter_map(|area| area.ssim)),
             reference_psnr_db: mean(frames.iter().filter_map(|area| area.reference_psnr_db)),

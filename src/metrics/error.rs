@@ -4,6 +4,8 @@
 //! reference that was itself estimated adds its own variance; where its standard error is known, `*_corrected` subtracts it and
 //! [`ReferenceNoise`] says how large it is and what it hides.
 
+use std::iter::Sum;
+
 use serde::Serialize;
 
 use super::noise::{NoiseSums, ReferenceNoise};
@@ -36,15 +38,33 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// Counts them.
+    /// Counts them in a whole picture.
     pub fn count(rgb: &[[f32; 3]]) -> Self {
-        let values = rgb.as_flattened();
-        let count = |fault: fn(&f32) -> bool| values.iter().filter(|x| fault(x)).count();
-        Self {
-            nan: count(|x| x.is_nan()),
-            infinite: count(|x| x.is_infinite()),
-            negative: count(|x| *x < 0.0),
-        }
+        Self::among(rgb.as_flattened())
+    }
+
+    /// Counts them in the given pixels.
+    pub fn over(rgb: &[[f32; 3]], pixels: &[usize]) -> Self {
+        Self::among(pixels.iter().flat_map(|&pixel| &rgb[pixel]))
+    }
+
+    fn among<'a>(values: impl IntoIterator<Item = &'a f32>) -> Self {
+        let one = |value: &f32| Self {
+            nan: usize::from(value.is_nan()),
+            infinite: usize::from(value.is_infinite()),
+            negative: usize::from(*value < 0.0),
+        };
+        values.into_iter().map(one).sum()
+    }
+}
+
+impl Sum for Faults {
+    fn sum<I: Iterator<Item = Self>>(many: I) -> Self {
+        many.fold(Self::default(), |sum, one| Self {
+            nan: sum.nan + one.nan,
+            infinite: sum.infinite + one.infinite,
+            negative: sum.negative + one.negative,
+        })
     }
 }
 

@@ -18,7 +18,7 @@ use serde::Serialize;
 use crate::image::png;
 pub use area::Area;
 use error::{ErrorStats, Faults, ImagePair};
-use region::{ByRegion, EccentricityLimits, Region};
+use region::{ByRegion, EccentricityLimits};
 
 /// The share of the reference's mean that keeps relative errors finite where the reference is dark: eps = 1%.
 pub const RELATIVE_EPSILON: f64 = 0.01;
@@ -137,8 +137,11 @@ pub fn compare(
     let epsilon = RELATIVE_EPSILON * error::mean(pair.reference, &all);
     let display = Display::new(pair, &all);
     let area = |pixels: &[usize]| -> Option<Area> {
+        let faults = Faults::over(pair.candidate, pixels);
+        let pixels = &Vec::from_iter(pixels.iter().copied().filter(finite));
         Some(Area {
             error: ErrorStats::of(pair, pixels, epsilon)?,
+            faults,
             psnr_db: error::psnr_db(&display.candidate, &display.reference, pixels),
             ssim: display.mean_ssim(pixels),
             reference_psnr_db: display.reference_psnr_db(pixels),
@@ -146,16 +149,12 @@ pub fn compare(
     };
     comparison.display_exposure_ev = display.exposure_ev;
     comparison.block8 = block::block_stats(pair, epsilon);
-    if let Some((angles, limits)) = regions {
-        let within = |region: Region| -> Vec<usize> {
-            let inside = |&pixel: &usize| limits.region(angles[pixel]) == region;
-            all.iter().copied().filter(inside).collect()
-        };
-        comparison.fovea = area(&within(Region::Fovea));
-        comparison.transition = area(&within(Region::Transition));
-        comparison.periphery = area(&within(Region::Periphery));
-    }
-    comparison.whole = area(&all);
+    let region = |pixel: usize| regions.map(|(angles, limits)| limits.region(angles[pixel]));
+    let areas = ByRegion::of(pair.candidate.len(), region, area);
+    comparison.whole = areas.whole;
+    comparison.fovea = areas.fovea;
+    comparison.transition = areas.transition;
+    comparison.periphery = areas.periphery;
     Ok(comparison)
 }
 
@@ -318,6 +317,20 @@ mod tests {
         assert_eq!((fovea.pixels, transition.pixels), (5 * SIZE, 5 * SIZE));
         assert_eq!((fovea.mse, transition.mse), (0.0, 0.0));
         assert!(periphery.mse > 0.0);
+
+        candidate[6] = [-1.0, f32::NAN, f32::NAN];
+        let result = compare(pair(&candidate, &reference), Some((&angles, limits))).unwrap();
+        let faults = |area: Option<Area>| area.unwrap().faults;
+        let found = Faults {
+            nan: 2,
+            infinite: 0,
+            negative: 1,
+        };
+        assert_eq!(
+            (faults(result.transition), faults(result.whole)),
+            (found, found)
+        );
+        assert_eq!(faults(result.fovea), Faults::default());
     }
 
     #[test]

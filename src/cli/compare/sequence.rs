@@ -54,7 +54,7 @@ pub struct SequenceArea {
     /// The mean errors of single frames, where a reference is not black.
     #[serde(flatten)]
     pub area: Option<Area>,
-    /// What changes from frame to frame; `None` for a single frame.
+    /// What changes from frame to frame, by the regions of the later one of each pair; `None` for a single frame.
     #[serde(flatten)]
     pub temporal: Option<TemporalError>,
 }
@@ -214,7 +214,6 @@ impl Tally {
 
     fn judgement(self, args: &Args) -> SequenceJudgement {
         let comparisons = || self.per_frame.iter().map(|frame| &frame.comparison);
-        let fault = |count: fn(&Faults) -> usize| comparisons().map(|c| count(&c.faults)).sum();
         let areas = Vec::from_iter(comparisons().map(Comparison::areas));
         let areas = ByRegion::combine(&areas, Area::mean);
         let temporal = ByRegion::combine(&self.temporal, TemporalError::mean);
@@ -228,11 +227,7 @@ impl Tally {
             frames_with_reference_se: self.frames_with_reference_se,
             frames_against_black: comparisons().filter(|c| c.against_black.is_some()).count(),
             limits: self.knows_gaze.then(|| self.limits.into()),
-            faults: Faults {
-                nan: fault(|faults| faults.nan),
-                infinite: fault(|faults| faults.infinite),
-                negative: fault(|faults| faults.negative),
-            },
+            faults: comparisons().map(|comparison| comparison.faults).sum(),
             areas: areas.zip(temporal, |area, temporal| SequenceArea { area, temporal }),
             stereo: (!self.stereo.is_empty())
                 .then(|| ByRegion::combine(&self.stereo, Disagreement::mean)),

@@ -191,10 +191,15 @@ type Row<'a> = (&'static str, &'a ErrorStats, Option<&'a Area>);
 fn write_errors(f: &mut Formatter, rows: &[Row]) -> Result {
     writeln!(
         f,
-        "\n{:<11}{:>8}  {:^32}  {:^26}  {:^23}",
-        "bias", "pixels", "difference R, G, B, W/(m2 sr)", "standard error", "mean ratio R, G, B"
+        "\n{:<11}{:>8}  {:^32}  {:^26}  {:^23}  {:>11}",
+        "bias",
+        "pixels",
+        "difference R, G, B, W/(m2 sr)",
+        "standard error",
+        "mean ratio R, G, B",
+        "NaN/inf/neg"
     )?;
-    for (name, error, _) in rows {
+    for (name, error, area) in rows {
         let [r, g, b] = error.bias.map(|bias| format!("{bias:+.3e}"));
         write!(f, "{name:<11}{:>8}  {r:>10} {g:>10} {b:>10}", error.pixels)?;
         let sure = error.reference_noise.map(|noise| noise.bias_standard_error);
@@ -204,7 +209,17 @@ fn write_errors(f: &mut Formatter, rows: &[Row]) -> Result {
         let [r, g, b] = error
             .mean_ratio
             .map(|ratio| optional(ratio, |x| format!("{x:.4}")));
-        writeln!(f, "  {r:>7} {g:>7} {b:>7}")?;
+        write!(f, "  {r:>7} {g:>7} {b:>7}")?;
+        match area.map(|area| area.faults) {
+            Some(Faults {
+                nan,
+                infinite,
+                negative,
+            }) => {
+                writeln!(f, "  {:>11}", format!("{nan}/{infinite}/{negative}"))?;
+            }
+            None => writeln!(f)?,
+        }
     }
     writeln!(
         f,
