@@ -96,6 +96,13 @@ fn a_replay_leaves_pictures_a_table_a_report_and_what_made_them() {
         assert_eq!(number(row, "photons_dropped"), 0.0);
         assert!(number(row, "photons_stored") > 0.0);
         assert!(number(row, "wall_ms") > 0.0);
+        let [left, right] = ["left", "right"].map(|eye| {
+            let [left_deg, right_deg] =
+                ["left", "right"].map(|side| number(row, &format!("{eye}_fov_{side}_deg")));
+            assert!(left_deg < 0.0 && right_deg > 0.0);
+            number(row, &format!("{eye}_gaze_azimuth_deg"))
+        });
+        assert!(left > right, "the eyes converge: {left} and {right}");
         for column in ["photon_tracing_ms", "visible_points_ms", "resolve_ms"] {
             assert!(number(row, column) >= 0.0, "{column}");
         }
