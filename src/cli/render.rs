@@ -28,7 +28,7 @@ pub struct Args {
     /// Size of the picture in pixels.
     #[arg(long, value_name = "WxH", default_value = "512x512")]
     pub size: ImageSize,
-    /// How light is transported: pm-direct or pm.
+    /// How light is transported: pm-direct, pm, or path (the oracle: slow and right).
     #[arg(long, value_name = "T", default_value = "pm-direct")]
     pub technique: String,
     /// Photons emitted a pass; short for --set photon.count=N.

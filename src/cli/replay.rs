@@ -31,7 +31,7 @@ pub struct Args {
     /// The session folder (see `macula session import`).
     #[arg(long, value_name = "DIR")]
     pub session: PathBuf,
-    /// How light is transported: pm-direct or pm.
+    /// How light is transported: pm-direct, pm, or path (the oracle: slow and right).
     #[arg(long, value_name = "T", default_value = "pm-direct")]
     pub technique: String,
     /// Pixels per eye.

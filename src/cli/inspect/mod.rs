@@ -26,7 +26,7 @@ pub struct Args {
     /// The glTF 2.0 file (.gltf or .glb).
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
-    /// Also time frames with and without each effect on this machine (about a minute without a GPU): what the scene's own effects cost,
+    /// Also time frames with and without each effect on this machine (a few minutes without a GPU): what the scene's own effects cost,
     /// and what leaving out the others saves.
     #[arg(long)]
     pub measure: bool,

@@ -153,6 +153,10 @@ fn price(cost: &EffectCost) -> String {
     let [low, high] = cost.time_ratio_quartiles;
     // The share of the frame that has the effect.
     let percent = 100.0 * (1.0 - 1.0 / cost.time_ratio);
+    let verb = if cost.on { "costs" } else { "saves" };
+    if low == high && cost.bytes == Some(0) {
+        return format!("{verb} nothing: it shares its code with others, or has none in a still");
+    }
     let time = match low <= 1.0 && 1.0 <= high {
         true => "no time that noise lets see".to_owned(),
         false => format!("{percent:.1} % of a frame"),
@@ -161,7 +165,6 @@ fn price(cost: &EffectCost) -> String {
         Some(bytes) => format!(", {:.1} MiB", bytes as f64 / f64::from(1 << 20)),
         None => String::new(),
     };
-    let verb = if cost.on { "costs" } else { "saves" };
     format!("{verb} {time}{memory}")
 }
 
