@@ -60,8 +60,10 @@ impl Fixation {
     /// Unit direction, in the eye's own view space, from an eye towards the fixation point. `space_from_eye` is the eye's pose
     /// in the space of the fixation point. `None` if the point lies in the eye itself.
     pub fn gaze_dir_in_eye(&self, space_from_eye: Pose) -> Option<Vec3> {
-        let dir = space_from_eye.orientation.inverse() * (self.point_m - space_from_eye.position_m);
-        dir.try_normalize()
+        let to_point_m = self.point_m - space_from_eye.position_m;
+        // Scaled first, so that a point far away survives the turn and the squaring.
+        let dir = to_point_m / to_point_m.abs().max_element();
+        (space_from_eye.orientation.inverse() * dir).try_normalize()
     }
 }
 
@@ -70,6 +72,17 @@ mod tests {
     use super::*;
     use crate::fovea::eccentricity_rad;
     use glam::Quat;
+
+    #[test]
+    fn a_point_as_far_as_f32_reaches_has_a_direction() {
+        let fixation = ahead(Some(f32::MAX));
+        let tilted = Pose {
+            orientation: Quat::from_rotation_x(0.3),
+            ..Pose::IDENTITY
+        };
+        let dir = fixation.gaze_dir_in_eye(tilted).unwrap();
+        assert!(eccentricity_rad(dir, tilted.orientation.inverse() * Vec3::NEG_Z) < 1e-6);
+    }
 
     fn eye(x_m: f32) -> Pose {
         Pose {
