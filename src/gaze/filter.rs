@@ -74,7 +74,7 @@ impl OneEuro {
     }
 
     fn step(&self, last: Last, time_ns: i64, dir: Vec3) -> (Vec3, Vec3) {
-        let step_s = (time_ns - last.time_ns) as f32 * 1e-9;
+        let step_s = time_ns.saturating_sub(last.time_ns) as f32 * 1e-9;
         let raw_velocity = (dir - last.raw) / step_s;
         let velocity_per_s = last
             .velocity_per_s
@@ -156,6 +156,9 @@ mod tests {
         let first = filter.filter(5, direction(0.1));
         assert_eq!(filter.filter(5, direction(0.5)), first);
         assert_eq!(filter.filter(4, direction(0.5)), direction(0.5));
+        // All the time there is, in one step.
+        filter.filter(i64::MIN, direction(0.1));
+        assert!(filter.filter(i64::MAX, direction(0.5)).is_normalized());
     }
 
     proptest! {

@@ -150,7 +150,7 @@ impl EventDetector {
     }
 
     fn follow(&mut self, mut track: Track, sight: Sight) {
-        let step_s = (sight.time_ns - track.last.time_ns) as f32 * 1e-9;
+        let step_s = sight.time_ns.saturating_sub(track.last.time_ns) as f32 * 1e-9;
         let speed_rad_s = eccentricity_rad(track.last.dir_in_view, sight.dir_in_view) / step_s;
         let jump_rad_s = match track.last.dir_in_local.zip(sight.dir_in_local) {
             Some((before, now)) => speed_rad_s.min(eccentricity_rad(before, now) / step_s),
@@ -240,7 +240,7 @@ impl EventDetector {
     }
 
     fn close_track(&mut self, track: &Track, end: Sight) {
-        let duration_ns = end.time_ns - track.start.time_ns;
+        let duration_ns = end.time_ns.saturating_sub(track.start.time_ns);
         if duration_ns < self.params.fixation_min_ns {
             return;
         }
@@ -278,7 +278,7 @@ impl Track {
             return;
         }
         self.peak_speed_rad_s = self.peak_speed_rad_s.max(speed_rad_s);
-        let window_ns = sight.time_ns - self.window_start.time_ns;
+        let window_ns = sight.time_ns.saturating_sub(self.window_start.time_ns);
         if window_ns < PURSUIT_WINDOW_NS {
             return;
         }
