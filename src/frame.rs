@@ -132,7 +132,12 @@ impl<'a> FrameRenderer<'a> {
         let gaze = self.gaze.update(input.display_time_ns, input.gaze.as_ref());
         let fixation = self.fixation(input, &gaze, &pose);
         let regions = regions(&self.params).widened(gaze.widening_rad);
-        let eyes = [0, 1].map(|eye| self.eye_settings(input, eye, &fixation, &regions));
+        let views = input.local_from_eye.map(|view| View {
+            pose: self.scene_from_local.compose(view.pose),
+            fov: view.fov,
+        });
+        let eyes =
+            [0, 1].map(|eye| self.eye_settings(input.index, eye, views[eye], &fixation, &regions));
 
         let mut recorder = Recorder::new(self.gpu, &mut self.timer);
         if self.has_motion {
@@ -147,9 +152,12 @@ impl<'a> FrameRenderer<'a> {
                 pose: &pose,
             },
         )?;
-        for (eye, image) in eyes.iter().zip(&self.images) {
+        for ((eye, view), image) in eyes.iter().zip(&views).zip(&self.images) {
             image.clear(recorder.encoder());
-            self.technique.shade(&mut recorder, eye, image)?;
+            // Without a place or a field of view there is no picture: it stays black.
+            if view.is_drawable() {
+                self.technique.shade(&mut recorder, eye, image)?;
+            }
         }
         for (image, target) in self.images.iter().zip(targets) {
             let exposure_ev = self.params.display.exposure_ev;
@@ -192,21 +200,14 @@ impl<'a> FrameRenderer<'a> {
 
     fn eye_settings(
         &self,
-        input: &FrameInput,
+        index: u32,
         eye: usize,
+        view: View,
         fixation: &Fixation,
         regions: &Regions,
     ) -> EyeSettings {
-        let view = input.local_from_eye[eye];
-        let scene_from_eye = self.scene_from_local.compose(view.pose);
         // A point inside the eye has no direction: look straight ahead then.
-        let gaze_dir = fixation
-            .gaze_dir_in_eye(scene_from_eye)
-            .unwrap_or(Vec3::NEG_Z);
-        let view = View {
-            pose: scene_from_eye,
-            fov: view.fov,
-        };
+        let gaze_dir = fixation.gaze_dir_in_eye(view.pose).unwrap_or(Vec3::NEG_Z);
         EyeSettings {
             fovea_radius_rad: regions.fovea_radius_rad,
             transition_radius_rad: regions.transition_radius_rad,
@@ -216,7 +217,7 @@ impl<'a> FrameRenderer<'a> {
                 .random
                 .seed
                 .wrapping_add(0x9e37_79b9_u32.wrapping_mul(eye as u32)),
-            frame: input.index,
+            frame: index,
             ..EyeSettings::new(&self.params, view, Some(gaze_dir))
         }
     }

@@ -31,13 +31,14 @@ impl Fov {
         }
     }
 
-    /// Whether the angles span a picture: finite, within ±89.9°, and right of left, up of down.
+    /// Whether the angles span a picture: finite, within ±89.9°, and right of left, up of down, by a fifth of an arc second at least.
     pub fn is_valid(&self) -> bool {
         const LIMIT_RAD: f32 = 89.9 * std::f32::consts::PI / 180.0;
+        const EXTENT_MIN_RAD: f32 = 1e-6;
         let angles = [self.left_rad, self.right_rad, self.up_rad, self.down_rad];
         angles.iter().all(|a| a.is_finite() && a.abs() <= LIMIT_RAD)
-            && self.right_rad > self.left_rad
-            && self.up_rad > self.down_rad
+            && self.right_rad - self.left_rad >= EXTENT_MIN_RAD
+            && self.up_rad - self.down_rad >= EXTENT_MIN_RAD
     }
 
     /// The slope (x/-z, y/-z) of the view ray through the image point `uv`, where (0,0) is the top left corner and (1,1) the bottom right.
@@ -117,4 +118,46 @@ pub struct View {
     pub pose: Pose,
     /// Field of view.
     pub fov: Fov,
+}
+
+impl View {
+    /// Whether there is a picture to draw: a place, an orientation (unit quaternion), and a field of view that spans a picture.
+    pub fn is_drawable(&self) -> bool {
+        self.pose.position_m.is_finite()
+            && self.pose.orientation.is_normalized()
+            && self.fov.is_valid()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_view_from_somewhere_of_something_is_drawable() {
+        let view = View {
+            pose: Pose::IDENTITY,
+            fov: Fov::symmetric(1.0, 1.0),
+        };
+        assert!(view.is_drawable());
+        let at = |position_m, orientation, fov| View {
+            pose: Pose {
+                orientation,
+                position_m,
+            },
+            fov,
+        };
+        let narrow = Fov {
+            right_rad: view.fov.left_rad + 1e-8,
+            ..view.fov
+        };
+        for undrawable in [
+            at(Vec3::NAN, Quat::IDENTITY, view.fov),
+            at(Vec3::ZERO, Quat::from_array([0.0; 4]), view.fov),
+            at(Vec3::ZERO, Quat::IDENTITY * 2.0, view.fov),
+            at(Vec3::ZERO, Quat::IDENTITY, narrow),
+        ] {
+            assert!(!undrawable.is_drawable(), "{undrawable:?}");
+        }
+    }
 }

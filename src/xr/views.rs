@@ -55,7 +55,7 @@ pub struct EyeView {
 impl EyeView {
     /// Whether there is something to render with: a pose that was known at least once, and a field of view that spans a picture.
     pub(super) fn is_renderable(&self) -> bool {
-        self.view.fov.is_valid() && self.view.pose.orientation.is_normalized()
+        self.view.is_drawable()
     }
 }
 
