@@ -22,6 +22,28 @@ pub fn gpu() -> &'static GpuDevice {
     &GPU
 }
 
+/// A texture that an eye's frame of this size can be shown on.
+pub fn eye_target([width, height]: [u32; 2]) -> wgpu::TextureView {
+    let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: EYE_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+/// The format of [`eye_target`].
+pub const EYE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
 /// How a picture is made.
 #[derive(Clone)]
 pub struct Recipe {
@@ -70,10 +92,7 @@ impl Recipe {
 
     pub fn render_scene(&self, scene: &Scene) -> Picture {
         let loaded = LoadedScene::new(gpu(), scene.clone()).unwrap();
-        let view = scene.cameras[0].view(self.size.0, self.size.1);
-        let entry = technique::find(self.technique).unwrap();
-        let mut still =
-            Still::start(gpu(), &loaded, &self.params, entry, view, self.size, None).unwrap();
+        let mut still = self.still(&loaded);
         for _ in 0..self.passes {
             still.add_pass().unwrap();
         }
@@ -81,6 +100,13 @@ impl Recipe {
             image: still.read().unwrap(),
             statistics: still.statistics().unwrap(),
         }
+    }
+
+    /// What the scene's first camera sees, before the first pass.
+    pub fn still<'a>(&self, loaded: &'a LoadedScene) -> Still<'a> {
+        let view = loaded.scene.cameras[0].view(self.size.0, self.size.1);
+        let entry = technique::find(self.technique).unwrap();
+        Still::start(gpu(), loaded, &self.params, entry, view, self.size, None).unwrap()
     }
 }
 
@@ -189,18 +215,45 @@ impl Stage {
     }
 
     /// A parallelogram with a corner at `corner` and sides `u`, `v`; its front is towards u × v.
-    pub fn quad(mut self, corner: Vec3, u: Vec3, v: Vec3, material: Value) -> Self {
-        let corners = [corner, corner + u, corner + u + v, corner + v].map(|p| p.to_array());
-        let mesh = self.glb.mesh("quad", &corners, &[0, 1, 2, 0, 2, 3]);
+    pub fn quad(self, corner: Vec3, u: Vec3, v: Vec3, material: Value) -> Self {
+        let corners = [corner, corner + u, corner + u + v, corner + v];
+        self.triangles(&corners, &[0, 1, 2, 0, 2, 3], material)
+    }
+
+    /// Triangles by their corners' places in `positions`; their fronts are where the corners run anticlockwise.
+    pub fn triangles(mut self, positions: &[Vec3], corners: &[u32], material: Value) -> Self {
+        let positions: Vec<[f32; 3]> = positions.iter().map(|p| p.to_array()).collect();
+        let mesh = self.glb.mesh("triangles", &positions, corners);
         let material = self.glb.push("materials", material);
         self.glb.json["meshes"][mesh]["primitives"][0]["material"] = json!(material);
         self.glb.root(json!({"mesh": mesh}));
         self
     }
 
+    /// The six faces of a box about `center`, fronts outward; inward where `half_m` is negative.
+    pub fn cuboid(mut self, center: Vec3, half_m: Vec3, material: Value) -> Self {
+        for axis in 0..3 {
+            for side in [-1.0, 1.0] {
+                let [out, u, v] = [0, 1, 2].map(|turn| {
+                    let axis = (axis + turn) % 3;
+                    Vec3::AXES[axis] * half_m[axis]
+                });
+                let (u, v) = if side > 0.0 { (u, v) } else { (v, u) };
+                let corner = center + side * out - u - v;
+                self = self.quad(corner, 2.0 * u, 2.0 * v, material.clone());
+            }
+        }
+        self
+    }
+
     /// A point light of the given intensity, W/sr.
-    pub fn point_light(mut self, position_m: Vec3, intensity: f32) -> Self {
+    pub fn point_light(self, position_m: Vec3, intensity: f32) -> Self {
         let light = json!({"type": "point", "intensity": intensity});
+        self.light(light, json!({"translation": position_m.to_array()}))
+    }
+
+    /// A light of KHR_lights_punctual at a node.
+    pub fn light(mut self, light: Value, mut node: Value) -> Self {
         if self.glb.json["extensions"].is_null() {
             self.glb.json["extensions"] = json!({"KHR_lights_punctual": {"lights": []}});
         }
@@ -208,10 +261,16 @@ impl Stage {
         let lights = lights.as_array_mut().unwrap();
         lights.push(light);
         let index = lights.len() - 1;
-        self.glb.root(json!({
-            "translation": position_m.to_array(),
-            "extensions": {"KHR_lights_punctual": {"light": index}},
-        }));
+        node["extensions"] = json!({"KHR_lights_punctual": {"light": index}});
+        self.glb.root(node);
+        self
+    }
+
+    /// All of it, camera too, under a node that moves, turns or scales it.
+    pub fn under_node(mut self, mut node: Value) -> Self {
+        node["children"] = self.glb.json["scenes"][0]["nodes"].take();
+        self.glb.json["scenes"][0]["nodes"] = json!([]);
+        self.glb.root(node);
         self
     }
 

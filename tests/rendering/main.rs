@@ -7,13 +7,12 @@ mod determinism;
 mod device;
 mod effects;
 mod energy;
-mod hard_cases;
-mod invariances;
 mod references;
 
 #[allow(dead_code, reason = "other tests use the rest of it")]
 #[path = "../common/glb.rs"]
 mod glb;
+#[allow(dead_code, reason = "other tests use the rest of it")]
 #[path = "../common/maker.rs"]
 mod maker;
 #[path = "../common/shared.rs"]

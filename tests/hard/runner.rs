@@ -1,0 +1,326 @@
+//! A hard case, and how every technique's picture of it is judged.
+//!
+//! A picture is taken in passes with random numbers of their own, so their spread tells the noise of its mean: a tolerance is five
+//! standard errors, and 2 % for the bias of methods that blur. Every picture is finite and not negative, no
+//! brighter than its lights allow, and comes without warnings that the case does not expect.
+
+use macula::image::LinearImage;
+use macula::scene::Scene;
+use macula::scene::loaded::LoadedScene;
+use macula::technique::{REGISTRY, Statistics, TechniqueEntry};
+
+use crate::energy_bound::radiance_bound_w_m2_sr;
+use crate::maker::{Recipe, gpu, mean};
+
+/// The technique that others are judged by.
+const ORACLE: &str = "path";
+/// Standard errors that a mean may be off.
+const STANDARD_ERRORS: f64 = 5.0;
+/// The share of a mean that the bias of methods that blur may take.
+const BIAS: f64 = 0.02;
+
+/// The techniques, the oracle first.
+pub fn techniques() -> Vec<&'static TechniqueEntry> {
+    let mut entries: Vec<_> = REGISTRY.iter().collect();
+    entries.sort_by_key(|entry| entry.name != ORACLE);
+    entries
+}
+
+/// Whether a technique stores photons, by the passes that it lists.
+pub fn has_photon_map(entry: &TechniqueEntry) -> bool {
+    entry.passes.contains(&"photon tracing")
+}
+
+/// What a picture must be.
+pub enum Expected {
+    /// This mean, each channel, W/(m² sr).
+    Mean([f64; 3]),
+    /// Not a photon arrives: every pixel is exactly 0.
+    Black,
+    /// Black or this mean: what techniques show that take direct light from photons or not, when there are none.
+    BlackOr([f64; 3]),
+    /// Some light, however much.
+    Lit,
+    /// The mean that the oracle finds.
+    Oracle,
+    /// The mean of the same technique's picture of another scene, times a factor.
+    Like(Box<Scene>, f64),
+}
+
+/// What shows that the judgement can fail.
+pub enum Control {
+    /// The picture itself, brighter by this factor.
+    Brighter(f64),
+    /// The picture itself with this radiance on top, W/(m² sr).
+    Added(f64),
+    /// Another scene's picture.
+    Scene(Box<Scene>),
+}
+
+/// A scene and settings that are hard on numbers.
+pub struct Case {
+    name: &'static str,
+    scene: Scene,
+    settings: Vec<(&'static str, &'static str)>,
+    size: (u32, u32),
+    passes: u32,
+    expected: Expected,
+    warning: Option<&'static str>,
+    photons_only: Option<&'static str>,
+    control: Control,
+}
+
+impl Case {
+    /// 16x16 pixels in 8 passes of 4000 photon paths, or of 4 paths a pixel; a mean within 2 % and noise, where 15 % more is noticed.
+    pub fn new(name: &'static str, scene: Scene, expected: Expected) -> Self {
+        Self {
+            name,
+            scene,
+            settings: vec![("photon.count", "4000"), ("path.samples", "4")],
+            size: (16, 16),
+            passes: 8,
+            expected,
+            warning: None,
+            photons_only: None,
+            control: Control::Brighter(1.15),
+        }
+    }
+
+    /// Nothing but black is right, and `lit` shows that there could be light.
+    pub fn black(name: &'static str, scene: Scene, lit: Scene) -> Self {
+        let control = Control::Scene(Box::new(lit));
+        let case = Self::new(name, scene, Expected::Black).passes(4);
+        Self { control, ..case }
+    }
+
+    pub fn set(mut self, key: &'static str, value: &'static str) -> Self {
+        self.settings.push((key, value));
+        self
+    }
+
+    pub fn size(self, width: u32, height: u32) -> Self {
+        let size = (width, height);
+        Self { size, ..self }
+    }
+
+    pub fn passes(self, passes: u32) -> Self {
+        Self { passes, ..self }
+    }
+
+    pub fn control(self, control: Control) -> Self {
+        Self { control, ..self }
+    }
+
+    /// The technique must warn, with this in its words.
+    pub fn warned(self, words: &'static str) -> Self {
+        let warning = Some(words);
+        Self { warning, ..self }
+    }
+
+    /// The case is about photon maps, for the given reason: it says nothing of a technique that has none.
+    pub fn photons_only(self, reason: &'static str) -> Self {
+        let photons_only = Some(reason);
+        Self {
+            photons_only,
+            ..self
+        }
+    }
+
+    fn recipe(&self, technique: &'static str) -> Recipe {
+        let (width, height) = self.size;
+        let recipe = Recipe::new(technique).size(width, height);
+        let settings = self.settings.iter();
+        settings.fold(recipe, |recipe, (key, value)| recipe.set(key, value))
+    }
+
+    fn take(&self, technique: &'static str, scene: &Scene) -> Series {
+        Series::take(&self.recipe(technique), scene, self.passes)
+    }
+
+    /// Judges one technique.
+    fn judge(&self, technique: &'static str) -> Result<(), String> {
+        let target = match &self.expected {
+            Expected::Mean(mean) => Target::exactly(*mean),
+            Expected::BlackOr(mean) => Target::exactly(*mean),
+            Expected::Black | Expected::Lit => Target::exactly([0.0; 3]),
+            Expected::Oracle => {
+                let recipe = self.recipe(ORACLE).set("path.samples", "32");
+                let recipe = recipe.set("random.seed", "7");
+                Target::of(&Series::take(&recipe, &self.scene, self.passes), 1.0)
+            }
+            Expected::Like(scene, factor) => Target::of(&self.take(technique, scene), *factor),
+        };
+        let series = self.take(technique, &self.scene);
+        self.verdict(&series, &target)?;
+
+        let wrong = match &self.control {
+            Control::Brighter(factor) => series.with_each(|x| factor * x),
+            Control::Added(radiance) => series.with_each(|x| x + radiance),
+            Control::Scene(scene) => self.take(technique, scene),
+        };
+        let wrongs = [
+            (wrong, "the control"),
+            (series.spoiled(f32::NAN), "a pixel that is no number"),
+            (series.spoiled(f32::INFINITY), "an infinite pixel"),
+            (series.spoiled(-1e-6), "a negative pixel"),
+        ];
+        for (wrong, what) in wrongs {
+            if self.verdict(&wrong, &target).is_ok() {
+                let mean = wrong.mean;
+                return Err(format!("{what} passes, with the mean {mean:?}"));
+            }
+        }
+        Ok(())
+    }
+
+    fn verdict(&self, series: &Series, target: &Target) -> Result<(), String> {
+        let values = series.image.rgb.as_flattened();
+        if !values.iter().all(|x| x.is_finite() && *x >= 0.0) {
+            return Err("there are values that no radiance has".into());
+        }
+        let warnings = series.statistics.warnings.join("\n");
+        let is_told = match self.warning {
+            Some(words) => warnings.contains(words),
+            None => warnings.is_empty(),
+        };
+        if !is_told {
+            return Err(format!("the warnings are `{warnings}`"));
+        }
+        if let Some(bound) = radiance_bound_w_m2_sr(&self.scene) {
+            let margin = tolerance([bound; 3], series.standard_error);
+            if (0..3).any(|c| series.mean[c] > bound + margin[c]) {
+                let mean = series.mean;
+                return Err(format!(
+                    "the mean {mean:?} is above {bound}, the most that lights and surfaces allow"
+                ));
+            }
+        }
+        let is_black = values.iter().all(|x| *x == 0.0);
+        match self.expected {
+            Expected::Black => is_black
+                .then_some(())
+                .ok_or_else(|| format!("not black, but {:?} in the mean", series.mean)),
+            Expected::Lit => (!is_black).then_some(()).ok_or("black".into()),
+            Expected::BlackOr(_) if is_black => Ok(()),
+            _ => self.agrees(series, target),
+        }
+    }
+
+    fn agrees(&self, series: &Series, target: &Target) -> Result<(), String> {
+        let noise = [0, 1, 2].map(|c| series.standard_error[c].hypot(target.standard_error[c]));
+        let margin = tolerance(target.mean, noise);
+        let is_near = |c: usize| (series.mean[c] - target.mean[c]).abs() <= margin[c];
+        (0..3).all(is_near).then_some(()).ok_or_else(|| {
+            format!(
+                "the mean is {:?}, not {:?} +- {margin:?}",
+                series.mean, target.mean
+            )
+        })
+    }
+}
+
+/// How far from what is expected a mean with the given noise may be.
+fn tolerance(expected: [f64; 3], standard_error: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|c| BIAS * expected[c] + STANDARD_ERRORS * standard_error[c])
+}
+
+/// A mean that is wanted, and how surely it is known.
+struct Target {
+    mean: [f64; 3],
+    standard_error: [f64; 3],
+}
+
+impl Target {
+    fn exactly(mean: [f64; 3]) -> Self {
+        let standard_error = [0.0; 3];
+        Self {
+            mean,
+            standard_error,
+        }
+    }
+
+    fn of(series: &Series, factor: f64) -> Self {
+        Self {
+            mean: series.mean.map(|x| factor * x),
+            standard_error: series.standard_error.map(|x| factor * x),
+        }
+    }
+}
+
+/// A picture, its mean and the mean's noise.
+#[derive(Clone)]
+pub struct Series {
+    pub image: LinearImage,
+    pub mean: [f64; 3],
+    pub standard_error: [f64; 3],
+    pub statistics: Statistics,
+}
+
+impl Series {
+    /// Takes the passes one by one.
+    pub fn take(recipe: &Recipe, scene: &Scene, passes: u32) -> Self {
+        let loaded = LoadedScene::new(gpu(), scene.clone()).unwrap();
+        let mut still = recipe.still(&loaded);
+        let mut sum_before = [0.0; 3];
+        let means: Vec<[f64; 3]> = (1..=passes)
+            .map(|pass| {
+                still.add_pass().unwrap();
+                let sum = mean(&still.read().unwrap()).map(|x| x * f64::from(pass));
+                let of_pass = [0, 1, 2].map(|c| sum[c] - sum_before[c]);
+                sum_before = sum;
+                of_pass
+            })
+            .collect();
+        let count = f64::from(passes);
+        let mean = sum_before.map(|sum| sum / count);
+        let standard_error = [0, 1, 2].map(|c| {
+            let squares = means.iter().map(|of_pass| (of_pass[c] - mean[c]).powi(2));
+            (squares.sum::<f64>() / (count * (count - 1.0))).sqrt()
+        });
+        Self {
+            image: still.read().unwrap(),
+            mean,
+            standard_error,
+            statistics: still.statistics().unwrap(),
+        }
+    }
+
+    fn with_each(&self, change: impl Fn(f64) -> f64) -> Self {
+        let mut changed = self.clone();
+        changed.mean = self.mean.map(&change);
+        let values = changed.image.rgb.as_flattened_mut();
+        values
+            .iter_mut()
+            .for_each(|x| *x = change(f64::from(*x)) as f32);
+        changed
+    }
+
+    fn spoiled(&self, value: f32) -> Self {
+        let mut spoiled = self.clone();
+        spoiled.image.rgb[0][1] = value;
+        spoiled
+    }
+}
+
+/// Judges every technique by every case; says how many there were, and all that failed.
+pub fn hold(family: &str, cases: Vec<Case>) {
+    let mut judged = 0;
+    let mut failures = Vec::new();
+    for case in &cases {
+        for entry in techniques() {
+            if let Some(reason) = case.photons_only.filter(|_| !has_photon_map(entry)) {
+                println!(
+                    "{family}: {} says nothing of {}: {reason}",
+                    case.name, entry.name
+                );
+                continue;
+            }
+            judged += 1;
+            if let Err(failure) = case.judge(entry.name) {
+                failures.push(format!("{}, {}: {failure}", case.name, entry.name));
+            }
+        }
+    }
+    println!("{family}: {} cases, {judged} pictures judged", cases.len());
+    assert!(failures.is_empty(), "{family}:\n{}", failures.join("\n"));
+}
