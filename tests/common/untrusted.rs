@@ -40,7 +40,7 @@ pub fn gltf_scene(bytes: &[u8], name: &str) -> bool {
             assert!(scene.static_mesh.positions.iter().all(|p| p.is_finite()));
             assert!(scene.static_mesh.normals.iter().all(|n| n.is_finite()));
             assert!(scene.bounds_over_time().diagonal_m().is_finite());
-            Effects::report(&scene);
+            Effects::report(&scene, 0.2);
         }
         Err(error) => {
             assert!(error.to_string().contains(name));

@@ -5,6 +5,9 @@ mod glb;
 mod properties;
 #[path = "../common/shared.rs"]
 mod shared;
+#[allow(dead_code, reason = "other tests use the rest of it")]
+#[path = "../common/untrusted.rs"]
+mod untrusted;
 
 use std::path::Path;
 use std::time::{Duration, Instant};

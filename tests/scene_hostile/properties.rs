@@ -2,46 +2,19 @@
 
 use std::time::{Duration, Instant};
 
-use macula::scene::bvh::SceneCaster;
-use macula::scene::effects::Effects;
-use macula::scene::{LoadLimits, Scene, SceneProblem};
+use macula::scene::Scene;
 use proptest::prelude::*;
 use serde_json::json;
 
 use super::glb::{Glb, Saved};
 use super::shared::shared;
+use super::untrusted::gltf_scene;
 use super::{png, with_image};
 
-/// Loads whatever this is, and uses all of it if it loads.
+/// Loads whatever this is, and uses all of it if it loads, in bounded time.
 fn survive(bytes: &[u8], name: &str) {
-    let limits = LoadLimits {
-        file_bytes: 1 << 24,
-        json_items: 100_000,
-        nodes: 10_000,
-        vertices: 200_000,
-        triangles: 200_000,
-        texture_pixels: 1 << 20,
-        animation_keys: 100_000,
-    };
-    let saved = Saved::new(name, bytes);
     let start = Instant::now();
-    match Scene::load_with(&saved.path, &limits) {
-        Ok(scene) => {
-            let caster = SceneCaster::new(&scene);
-            let pose = scene.pose_at(0.7);
-            let (origin, dir) = (scene.bounds.center(), glam::Vec3::new(0.3, -0.8, 0.1));
-            caster.first_hit(origin, dir, f32::INFINITY, &pose);
-            assert!(scene.static_mesh.positions.iter().all(|p| p.is_finite()));
-            assert!(scene.static_mesh.normals.iter().all(|n| n.is_finite()));
-            assert!(scene.bounds_over_time().diagonal_m().is_finite());
-            Effects::report(&scene, 0.2);
-        }
-        Err(error) => {
-            assert!(error.to_string().contains(name));
-            let is_limit = matches!(error.problem, SceneProblem::TooLarge { .. });
-            assert!(!is_limit || error.problem.to_string().contains("LoadLimits::"));
-        }
-    }
+    gltf_scene(bytes, name);
     assert!(start.elapsed() < Duration::from_secs(20));
 }
 
