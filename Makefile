@@ -3,10 +3,10 @@
 
 target_folder := $(or $(CARGO_TARGET_DIR),target)
 
-.PHONY: help demo test bench assets setup
+.PHONY: help demo test test-long fuzz bench assets setup
 
 help: ## Show this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' Makefile | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' Makefile | expand -t 16
 
 demo: setup ## Replay the bundled session on the simulated headset and write a report; needs no headset and no GPU
 	cargo build --release --locked --workspace
@@ -19,6 +19,24 @@ test: ## Run every check: format, lints, tests, documentation
 	cargo build --workspace --locked
 	cargo test --workspace --locked -- --show-output
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+
+test-long: setup ## Hold the properties against more than 100 000 random cases, then fuzz for ten minutes a target; about an hour
+	PROPTEST_CASES=5120 cargo test --locked --test properties -- --show-output
+	$(MAKE) fuzz fuzz_seconds=600
+
+fuzz_seconds := 60
+fuzz_targets := gltf_scene session_reader parameter_file
+
+fuzz: ## Fuzz what reads files from outside, a minute a target (fuzz_seconds=60); needs cargo-fuzz and a nightly toolchain
+	@if ! cargo +nightly fuzz --version >/dev/null 2>&1; then \
+		echo "SKIPPED: no fuzzing; 'rustup toolchain install nightly' and 'cargo install cargo-fuzz' bring what it needs" >&2; \
+	else \
+		for target in $(fuzz_targets); do \
+			mkdir -p fuzz/corpus/$$target && \
+			cargo +nightly fuzz run $$target fuzz/corpus/$$target fuzz/seeds/$$target -- \
+				-max_total_time=$(fuzz_seconds) -max_len=16384 -timeout=20 || exit 1; \
+		done; \
+	fi
 
 bench: setup ## Measure the kernels against native code, side by side
 	cargo bench --locked --bench kernels

@@ -6,6 +6,7 @@
 
 use macula::image::LinearImage;
 use macula::scene::Scene;
+use macula::scene::effects::Effects;
 use macula::scene::loaded::LoadedScene;
 use macula::technique::{REGISTRY, Statistics, TechniqueEntry};
 
@@ -28,7 +29,7 @@ pub fn techniques() -> Vec<&'static TechniqueEntry> {
 
 /// Whether a technique stores photons, by the passes that it lists.
 pub fn has_photon_map(entry: &TechniqueEntry) -> bool {
-    entry.passes.contains(&"photon tracing")
+    (entry.passes)(&Effects::ALL).contains(&"photon tracing")
 }
 
 /// What a picture must be.
