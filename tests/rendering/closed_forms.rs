@@ -8,8 +8,8 @@ use macula::scene::Scene;
 use serde_json::{Value, json};
 
 use crate::maker::{
-    Recipe, Stage, bundled, lambert, largest_relative_difference, mean, means_agree, mirror,
-    reduced,
+    Recipe, Stage, bundled, glowing, lambert, largest_relative_difference, mean, means_agree,
+    mirror, reduced,
 };
 use crate::shared::shared;
 
@@ -83,8 +83,17 @@ fn lit_plane() -> Scene {
         .load()
 }
 
-/// What [`lit_plane`] looks like: radiance albedo/pi · I cos / d², averaged over 4x4 points of every pixel.
+/// What [`lit_plane`] looks like: radiance albedo/pi · I cos / d².
 fn lit_plane_exactly(scene: &Scene, side: u32) -> LinearImage {
+    floor_exactly(scene, side, |place| {
+        let to_light = LIGHT_M - place;
+        f64::from(INTENSITY_W_SR) * to_light.y / to_light.length().powi(3)
+    })
+}
+
+/// What a floor at y = 0 of [`ALBEDO`] looks like under the irradiance (W/m²) that is told for each place of it, averaged over 4x4
+/// points of every pixel.
+fn floor_exactly(scene: &Scene, side: u32, irradiance_at: impl Fn(DVec3) -> f64) -> LinearImage {
     const STRATA: u32 = 4;
     let camera = &scene.cameras[0];
     let view = camera.view(side, side);
@@ -93,8 +102,7 @@ fn lit_plane_exactly(scene: &Scene, side: u32) -> LinearImage {
     let irradiance = |uv: Vec2| {
         let dir = (view.pose.orientation * view.fov.dir_in_view(uv)).as_dvec3();
         assert!(dir.y < -0.15, "every ray meets the plane");
-        let to_light = LIGHT_M - (eye - dir * (eye.y / dir.y));
-        f64::from(INTENSITY_W_SR) * to_light.y / to_light.length().powi(3)
+        irradiance_at(eye - dir * (eye.y / dir.y))
     };
     let pixel = |x: u32, y: u32| {
         let points = (0..STRATA * STRATA).map(|i| {
@@ -242,4 +250,119 @@ fn a_floor_beside_a_mirror_or_with_black_tiles_is_lit_evenly_up_to_them() {
     verdict(mirror(), "8").unwrap();
     verdict(glossless.clone(), "8").unwrap();
     assert!(verdict(glossless, "0").is_err());
+}
+
+/// Irradiance, W/m², that a polygon of radiance 1 brings to an upward-facing place under it (Lambert, 1760): half the sum over its edges
+/// of the angle that the edge spans times the upward part of the normal of that angle's plane.
+fn irradiance_of_polygon(place: DVec3, corners: &[DVec3]) -> f64 {
+    let to = |corner: &DVec3| (*corner - place).normalize();
+    let edges = corners.iter().zip(corners.iter().cycle().skip(1));
+    let sum: f64 = edges
+        .map(|(a, b)| {
+            let (a, b) = (to(a), to(b));
+            a.dot(b).clamp(-1.0, 1.0).acos() * a.cross(b).normalize().y
+        })
+        .sum();
+    0.5 * sum.abs()
+}
+
+#[test]
+fn lamps_of_rectangle_and_disc_light_a_floor_by_their_form_factors() {
+    let rectangle: Vec<Vec3> = [(-0.5, -0.2), (0.3, -0.2), (0.3, 0.4), (-0.5, 0.4)]
+        .map(|(x, z)| Vec3::new(x, 1.2, z))
+        .to_vec();
+    // A disc that leans, as a polygon whose form factor is exact too.
+    let disc: Vec<Vec3> = (0..48)
+        .map(|i| {
+            let (sin, cos) = (i as f32 / 48.0 * 2.0 * std::f32::consts::PI).sin_cos();
+            Vec3::new(0.4 * cos, 1.3 + 0.15 * cos, 0.4 * sin)
+        })
+        .collect();
+    for (lamp, what) in [(rectangle, "rectangle"), (disc, "disc")] {
+        let fan: Vec<u32> = (1..lamp.len() as u32 - 1)
+            .flat_map(|i| [0, i, i + 1])
+            .collect();
+        let scene = Stage::new(Vec3::new(0.0, 1.0, 1.2), Vec3::ZERO)
+            .quad(
+                Vec3::new(-20.0, 0.0, 20.0),
+                40.0 * Vec3::X,
+                -40.0 * Vec3::Z,
+                lambert(ALBEDO),
+            )
+            .triangles(&lamp, &fan, glowing([1.0; 3]))
+            .load();
+        let corners: Vec<DVec3> = lamp.iter().map(|corner| corner.as_dvec3()).collect();
+        let exact = floor_exactly(&scene, 16, |place| irradiance_of_polygon(place, &corners));
+        for (technique, samples) in [("path", "32"), ("pm-direct", "1")] {
+            let recipe = Recipe::new(technique).size(16, 16).passes(16);
+            let recipe = recipe.set("photon.count", "0").set("path.samples", samples);
+            let image = recipe.render_scene(&scene).image;
+            let verdict = |image: &LinearImage| {
+                means_agree(mean(image), mean(&exact), 0.005)?;
+                let [a, b] = [image, &exact].map(|picture| reduced(picture, 4));
+                let worst = largest_relative_difference(&a, &b, 0.1);
+                (worst < 0.02)
+                    .then_some(())
+                    .ok_or_else(|| format!("a block is {worst} off"))
+            };
+            verdict(&image).unwrap_or_else(|e| panic!("{what}, {technique}: {e}"));
+            let mut brighter = image.clone();
+            brighter
+                .rgb
+                .iter_mut()
+                .for_each(|p| *p = p.map(|x| 1.01 * x));
+            assert!(verdict(&brighter).is_err(), "1 % is noticed");
+        }
+    }
+}
+
+#[test]
+fn a_pane_of_glass_lets_through_what_fresnel_leaves_after_all_its_reflections() {
+    const IOR: f64 = 2.4;
+    let mut pane = lambert([1.0; 3]);
+    pane["pbrMetallicRoughness"]["roughnessFactor"] = json!(0.0);
+    pane["doubleSided"] = json!(false);
+    pane["extensions"] = json!({
+        "KHR_materials_transmission": {"transmissionFactor": 1.0},
+        "KHR_materials_volume": {"thicknessFactor": 0.1},
+        "KHR_materials_ior": {"ior": IOR},
+    });
+    let scene = Stage::new(Vec3::new(0.0, 0.0, 1.0), Vec3::ZERO)
+        .cuboid(Vec3::ZERO, Vec3::new(20.0, 20.0, 0.05), pane)
+        .quad(
+            Vec3::new(-40.0, -40.0, -1.0),
+            80.0 * Vec3::X,
+            80.0 * Vec3::Y,
+            glowing([1.0; 3]),
+        )
+        .load();
+    let view = scene.cameras[0].view(16, 16);
+    // Reflectance of one face, by the cosines on both sides.
+    let reflectance = |cos_i: f64| {
+        let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (IOR * IOR)).sqrt();
+        let across = (cos_i - IOR * cos_t) / (cos_i + IOR * cos_t);
+        let parallel = (IOR * cos_i - cos_t) / (IOR * cos_i + cos_t);
+        0.5 * (across * across + parallel * parallel)
+    };
+    let mean_over_view = |through: &dyn Fn(f64) -> f64| {
+        let points = (0..64 * 64).map(|i| {
+            let uv = Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / 64.0;
+            let cos = f64::from(-view.fov.dir_in_view(uv).normalize().z);
+            through(reflectance(cos))
+        });
+        [points.sum::<f64>() / 4096.0; 3]
+    };
+    // (1 - R)² (1 + R² + R⁴ + ...)
+    let all = mean_over_view(&|r| (1.0 - r) / (1.0 + r));
+    let first = mean_over_view(&|r| (1.0 - r) * (1.0 - r));
+    for technique in ["path", "pm-direct", "pm"] {
+        let recipe = Recipe::new(technique).size(16, 16).passes(32);
+        let recipe = recipe.set("photon.count", "0").set("eye.chain_max", "64");
+        let image = recipe.set("path.samples", "16").render_scene(&scene).image;
+        means_agree(mean(&image), all, 0.01).unwrap_or_else(|e| panic!("{technique}: {e}"));
+        assert!(
+            means_agree(mean(&image), first, 0.01).is_err(),
+            "{technique}"
+        );
+    }
 }
