@@ -302,3 +302,134 @@ impl Lights {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::chi_squared::{SIGMAS, sigmas};
+    use super::*;
+    use glam::Vec3;
+
+    const SAMPLES: usize = 100_000;
+    const RINGS: usize = 16;
+    const SECTORS: usize = 16;
+
+    fn lights(kind: PunctualKind) -> Lights {
+        let light = PunctualLight {
+            name: "lamp".into(),
+            node: 0,
+            kind,
+            position: Vec3::ZERO,
+            direction: Vec3::new(0.6, 0.0, -0.8),
+            intensity: Vec3::ONE,
+            range_m: f32::INFINITY,
+        };
+        Lights {
+            lights: vec![Light::Punctual(light)],
+            cumulative_w: vec![1.0],
+            of_triangle: HashMap::new(),
+            center: DVec3::ZERO,
+            reach_m: 2.0,
+        }
+    }
+
+    /// Counts by ring (a share from 0 to 1) and by turn about the axis.
+    fn counts(places: impl Iterator<Item = (f64, DVec3)>) -> Vec<f64> {
+        let axis = DVec3::new(0.6, 0.0, -0.8);
+        let (t, b) = axis.any_orthonormal_pair();
+        let mut counts = vec![0.0; RINGS * SECTORS];
+        for (share, aside) in places {
+            let turn = aside.dot(b).atan2(aside.dot(t)).rem_euclid(2.0 * PI) / (2.0 * PI);
+            let ring = ((share * RINGS as f64) as usize).min(RINGS - 1);
+            let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
+            counts[ring * SECTORS + sector] += 1.0;
+        }
+        counts
+    }
+
+    fn emitted(lights: &Lights) -> Vec<(Ray, DVec3)> {
+        let mut random = Random::of([3, 1, 4, 1]);
+        (0..SAMPLES)
+            .map(|_| lights.emit(&mut random).expect("there is a lamp"))
+            .collect()
+    }
+
+    /// Judges rays by how evenly they fill rings of equal measure, and controls that rings of another are noticed.
+    fn fill_evenly(places: impl Iterator<Item = (f64, DVec3)> + Clone) {
+        let even = vec![SAMPLES as f64 / (RINGS * SECTORS) as f64; RINGS * SECTORS];
+        let above = sigmas(&counts(places.clone()), &even);
+        assert!(above < SIGMAS, "{above} sigmas");
+        let bent = places.map(|(share, aside)| (share.powf(1.05), aside));
+        assert!(sigmas(&counts(bent), &even) > SIGMAS);
+    }
+
+    #[test]
+    fn photons_leave_a_lamp_evenly_over_its_cone_with_its_falloff_as_their_power() {
+        let axis = DVec3::new(0.6, 0.0, -0.8);
+        let (inner_cone_rad, outer_cone_rad) = (0.3, 0.7);
+        let spot = PunctualKind::Spot {
+            inner_cone_rad,
+            outer_cone_rad,
+        };
+        for (kind, cone_rad) in [(PunctualKind::Point, PI), (spot, f64::from(outer_cone_rad))] {
+            let rays = emitted(&lights(kind));
+            let height = 1.0 - cone_rad.cos();
+            let place = |(ray, _): &(Ray, DVec3)| {
+                let share = (1.0 - ray.direction.dot(axis)) / height;
+                (share, ray.direction)
+            };
+            fill_evenly(rays.iter().map(place));
+            // The definition's power, by parts of equal solid angle.
+            let parts = 10_000;
+            let falloff = |i: i32| {
+                let cos = 1.0 - height * (f64::from(i) + 0.5) / f64::from(parts);
+                spot_falloff(&kind, cos)
+            };
+            let solid_angle = 2.0 * PI * height / f64::from(parts);
+            let power_w: f64 = (0..parts).map(falloff).sum::<f64>() * solid_angle;
+            let mean_w = rays.iter().map(|(_, flux_w)| flux_w.x).sum::<f64>() / SAMPLES as f64;
+            assert!(
+                (mean_w / power_w - 1.0).abs() < 0.01,
+                "{mean_w} for {power_w}"
+            );
+        }
+    }
+
+    #[test]
+    fn photons_of_a_directional_light_fill_a_disc_around_the_scene() {
+        let rays = emitted(&lights(PunctualKind::Directional));
+        let axis = DVec3::new(0.6, 0.0, -0.8);
+        let place = |(ray, _): &(Ray, DVec3)| {
+            let aside = ray.origin - axis * ray.origin.dot(axis);
+            (aside.length_squared() / 4.0, aside)
+        };
+        fill_evenly(rays.iter().map(place));
+        assert!(
+            rays.iter()
+                .all(|(ray, _)| (ray.direction - axis).length() < 1e-7)
+        );
+    }
+
+    #[test]
+    fn lights_are_picked_in_proportion_to_their_power() {
+        let mut both = lights(PunctualKind::Point);
+        let Light::Punctual(lamp) = &both.lights[0] else {
+            unreachable!()
+        };
+        let other = PunctualLight {
+            position: Vec3::new(5.0, 0.0, 0.0),
+            ..lamp.clone()
+        };
+        both.lights.push(Light::Punctual(other));
+        both.cumulative_w = vec![1.0, 4.0];
+        let at_first = |(ray, _): &&(Ray, DVec3)| ray.origin == DVec3::ZERO;
+        let first = emitted(&both).iter().filter(at_first).count() as f64;
+        let observed = [first, SAMPLES as f64 - first];
+        let expected = |share: f64| [share, 1.0 - share].map(|x| x * SAMPLES as f64);
+        assert!(sigmas(&observed, &expected(0.25)) < SIGMAS);
+        assert!(sigmas(&observed, &expected(0.27)) > SIGMAS);
+    }
+}
+
+#[cfg(test)]
+#[path = "../../tests/common/chi_squared.rs"]
+mod chi_squared;
