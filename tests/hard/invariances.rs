@@ -304,7 +304,7 @@ fn a_mirror_shows_what_the_mirrored_eye_sees_the_wrong_way_round() {
     let straight = panels(Stage::new(mirrored_eye, Vec3::ZERO)).load();
     for entry in techniques() {
         let recipe = Recipe::new(entry.name).passes(8).set("photon.count", "0");
-        let recipe = recipe.set("path.samples", "4");
+        let recipe = recipe.set("path.samples", "16");
         let in_mirror = recipe.render_scene(&in_mirror).image;
         shows_it_turned(&in_mirror, &recipe.render_scene(&straight).image);
     }

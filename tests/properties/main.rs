@@ -5,6 +5,7 @@ mod eyes;
 mod files;
 mod knobs;
 mod params;
+mod photons;
 mod pictures;
 mod runner;
 mod scattering;
@@ -18,5 +19,15 @@ mod glb;
 #[allow(dead_code, reason = "other tests use the rest of it")]
 #[path = "../common/maker.rs"]
 mod maker;
+#[path = "../common/photon_flux.rs"]
+mod photon_flux;
 #[path = "../common/untrusted.rs"]
 mod untrusted;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Keeps the device to one test at a time, so that each can tell what memory it holds.
+fn alone() -> MutexGuard<'static, ()> {
+    static DEVICE: Mutex<()> = Mutex::new(());
+    DEVICE.lock().unwrap_or_else(PoisonError::into_inner)
+}

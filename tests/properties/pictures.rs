@@ -12,6 +12,7 @@ use macula::technique::{REGISTRY, TechniqueEntry};
 use macula::view::{Fov, Pose, View};
 use proptest::prelude::*;
 
+use crate::alone;
 use crate::energy_bound::radiance_bound_w_m2_sr;
 use crate::knobs::any_params;
 use crate::maker::{EYE_FORMAT, eye_target, gpu, mean};
@@ -201,6 +202,7 @@ impl Session {
 
 #[test]
 fn every_picture_is_one_of_radiance_within_bounds_of_energy_and_memory() {
+    let _alone = alone();
     gpu().wait("the start").unwrap();
     let before = device_bytes().unwrap_or(0);
     if before == 0 && device_bytes().is_none() {

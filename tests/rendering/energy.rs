@@ -2,71 +2,17 @@
 
 use std::f64::consts::PI;
 
-use macula::gpu::pass::{Kernel, Recorder};
-use macula::gpu::resources;
-use macula::gpu::shader::{Stage, compose_text};
-use macula::gpu::timing::PassTimer;
-use macula::params::Params;
-use macula::photon::{PhotonTracer, TraceSettings};
 use macula::scene::Scene;
-use macula::scene::bvh::SceneCaster;
-use macula::scene::gpu_scene::GpuScene;
-use macula::technique;
 
-use crate::maker::{Recipe, bundled, gpu, mean, means_agree};
-
-/// Copies the photons' flux to a buffer that the host can read.
-const COPY_FLUX: &str = "
-@group(0) @binding(0) var<storage, read_write> copied: array<vec4f>;
-//! split photon_flux: vec4f, read, 0, 1
-
-@compute @workgroup_size(64)
-fn copy_flux(@builtin(global_invocation_id) id: vec3u) {
-  if (id.x < arrayLength(&copied)) { copied[id.x] = load_photon_flux(id.x); }
-}
-";
+use crate::maker::{Recipe, bundled, mean, means_agree};
+use crate::photon_flux::photon_fluxes_w;
 
 const PATHS: u32 = 50_000;
 
 /// The power, W, that photons bring to surfaces when paths end at surface `depth_max`.
 fn power_on_surfaces_w(scene: &Scene, depth_max: u32) -> [f64; 3] {
-    let gpu = gpu();
-    let (caster, pose) = (SceneCaster::new(scene), scene.pose_at(0.0));
-    let on_gpu = GpuScene::new(gpu, scene, &caster, &pose).unwrap();
-    let mut params = Params::default();
-    params.photon.count = PATHS;
-    let mut constants = technique::effects(scene, &params).constants();
-    constants.push(("STORE_DIRECT", 1.0));
-    let tracer = PhotonTracer::new(gpu, &on_gpu, &params, &constants).unwrap();
-    let settings = TraceSettings {
-        path_count: PATHS,
-        depth_max,
-        seed: 1,
-        frame: 0,
-    };
-    let copied =
-        resources::storage::<[f32; 4]>(gpu, "copied", u64::from(tracer.capacity())).unwrap();
-    let source = compose_text("copy_flux", COPY_FLUX, &|_| tracer.chunks()).unwrap();
-    let stage = Stage { name: "copy_flux" };
-    let kernel = Kernel::from_source(gpu, stage, source, &[]).unwrap();
-    let kernel = kernel
-        .bind(gpu, &tracer.resources().with("copied", &copied))
-        .unwrap();
-    let mut timer = PassTimer::new(gpu);
-    let mut recorder = Recorder::new(gpu, &mut timer);
-    tracer.record(&mut recorder, &settings);
-    recorder.pass("copy", &[(&kernel, tracer.capacity())]);
-    recorder.finish().unwrap();
-
-    let counters = tracer.counters(gpu).unwrap();
-    assert_eq!((counters.emitted, counters.dropped_photons), (PATHS, 0));
-    let fluxes: Vec<[f32; 4]> =
-        resources::read_back(gpu, &copied, u64::from(counters.stored)).unwrap();
-    [0, 1, 2].map(|channel| {
-        // The sign tells the class of a photon.
-        let values = fluxes.iter().map(|flux| f64::from(flux[channel].abs()));
-        values.sum::<f64>() / f64::from(PATHS)
-    })
+    let fluxes_w = photon_fluxes_w(scene, PATHS, depth_max);
+    [0, 1, 2].map(|c| fluxes_w.iter().map(|flux| flux[c]).sum::<f64>() / f64::from(PATHS))
 }
 
 /// Power of all glowing triangles, W: radiance · pi · area.

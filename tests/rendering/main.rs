@@ -15,5 +15,7 @@ mod glb;
 #[allow(dead_code, reason = "other tests use the rest of it")]
 #[path = "../common/maker.rs"]
 mod maker;
+#[path = "../common/photon_flux.rs"]
+mod photon_flux;
 #[path = "../common/shared.rs"]
 mod shared;
