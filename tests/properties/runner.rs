@@ -31,6 +31,8 @@ fn config(cases: u32) -> Config {
         // Failures are kept as tests of their own, with names.
         failure_persistence: None,
         max_shrink_iters: 2000,
+        // Milliseconds: a picture takes long, and its smallest input is not worth an hour.
+        max_shrink_time: 120_000,
         max_global_rejects: 1_000_000,
         ..asked
     }
