@@ -44,8 +44,8 @@ pub enum Expected {
     Lit,
     /// The mean that the oracle finds.
     Oracle,
-    /// The mean of the same technique's picture of another scene, times a factor.
-    Like(Box<Scene>, f64),
+    /// The mean of the same technique's picture of another scene.
+    Like(Box<Scene>),
 }
 
 /// What shows that the judgement can fail.
@@ -147,9 +147,9 @@ impl Case {
             Expected::Oracle => {
                 let recipe = self.recipe(ORACLE).set("path.samples", "32");
                 let recipe = recipe.set("random.seed", "7");
-                Target::of(&Series::take(&recipe, &self.scene, self.passes), 1.0)
+                Target::of(&Series::take(&recipe, &self.scene, self.passes))
             }
-            Expected::Like(scene, factor) => Target::of(&self.take(technique, scene), *factor),
+            Expected::Like(scene) => Target::of(&self.take(technique, scene)),
         };
         let series = self.take(technique, &self.scene);
         self.verdict(&series, &target)?;
@@ -240,10 +240,10 @@ impl Target {
         }
     }
 
-    fn of(series: &Series, factor: f64) -> Self {
+    fn of(series: &Series) -> Self {
         Self {
-            mean: series.mean.map(|x| factor * x),
-            standard_error: series.standard_error.map(|x| factor * x),
+            mean: series.mean,
+            standard_error: series.standard_error,
         }
     }
 }

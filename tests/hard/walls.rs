@@ -77,7 +77,7 @@ fn shared_rooms() -> Vec<Case> {
     let (Some(dark), Some(dim), Some(bright)) = (room("-dark"), room("-dim"), room("")) else {
         return Vec::new();
     };
-    let alone = Expected::Like(Box::new(dim.clone()), 1.0);
+    let alone = Expected::Like(Box::new(dim.clone()));
     vec![
         Case::black("a dark room beside a lit one", dark, dim),
         Case::new(
@@ -112,7 +112,7 @@ pub fn cases() -> Vec<Case> {
         Case::new(
             "a sheet that is cut out all over",
             floor_under(true, false),
-            Expected::Like(Box::new(open.clone()), 1.0),
+            Expected::Like(Box::new(open.clone())),
         )
         .control(Control::Scene(Box::new(floor_under(false, true)))),
         Case::black("a moving object", floor_under(false, true), open.clone()),

@@ -143,7 +143,7 @@ fn session() -> impl Strategy<Value = Session> {
         technique,
         any_scene(),
         any_params(),
-        [1..24u32, 1..24u32],
+        [1..=24u32, 1..=24u32],
         frames,
     )
         .prop_map(|(technique, scene, params, size, frames)| Session {
