@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{CliError, CliResult, Globals, common};
 use crate::image::{LinearImage, exr};
@@ -41,7 +41,8 @@ pub struct Args {
 }
 
 /// A direction of gaze in angles from the view's axis, as the command line takes it: `AZ,EL` in degrees.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "String")]
 pub struct GazeAngles {
     /// To the right, degrees.
     pub azimuth_deg: f64,
@@ -59,6 +60,14 @@ impl GazeAngles {
             sin_elevation,
             -cos_azimuth * cos_elevation,
         )
+    }
+}
+
+impl TryFrom<String> for GazeAngles {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
     }
 }
 

@@ -6,6 +6,7 @@
 pub mod error;
 pub mod region;
 pub mod ssim;
+pub mod temporal;
 
 use serde::Serialize;
 

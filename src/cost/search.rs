@@ -1,0 +1,411 @@
+//! The best setting of a frame budget.
+//!
+//! From a start, each knob is tried one step up and one step down its ladder. Times and errors multiply nearly independently, so these
+//! trials are a model of all combinations of steps: the best one by the model that meets the budget is measured, and the search goes on
+//! from there until nothing gets better. Last the setting is measured afresh, and paths are added or taken until it fills the budget.
+
+use std::cmp::Ordering;
+
+use super::CostError;
+use super::setting::{Setting, reads};
+use crate::image::ImageSize;
+
+/// The least share of the budget that a chosen setting should use, if its knobs allow it.
+pub const FILL_MIN: f64 = 0.85;
+/// The share of the budget that is aimed at: times scatter.
+const FILL_AIM: f64 = 0.93;
+/// An error that is not smaller by this factor is not better: errors scatter too.
+const BETTER: f64 = 0.98;
+/// Rounds of the search, each from a better setting.
+const MAX_ROUNDS: usize = 6;
+/// Fresh measurements at the end.
+const MAX_CONFIRMATIONS: usize = 6;
+
+/// A setting that was tried.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// What was tried.
+    pub setting: Setting,
+    /// Median time of a frame, milliseconds.
+    pub ms: f64,
+    /// The error to make small.
+    pub error: f64,
+}
+
+/// Tries a setting; `None` if it was interrupted.
+pub type Try<'t> = dyn FnMut(&Setting) -> Result<Option<Trial>, CostError> + 't;
+
+/// The values that a knob is tried at, in the order in which they cost more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ladder {
+    key: &'static str,
+    values: Vec<String>,
+}
+
+impl Ladder {
+    /// The ladders that a technique can climb; pictures grow to the size of the reference.
+    pub fn all(technique: &str, reference: ImageSize) -> Vec<Self> {
+        let doubling = |from: u32, to: u32| -> Vec<String> {
+            let values = std::iter::successors(Some(from), |value| value.checked_mul(2));
+            let values = values.take_while(|value| *value <= to);
+            values.map(|value| value.to_string()).collect()
+        };
+        let texts = |values: &[u32]| values.iter().map(u32::to_string).collect();
+        let ladders = [
+            ("size", sizes(reference)),
+            ("photon.count", doubling(125, 64_000_000)),
+            ("path.samples", doubling(1, 65_536)),
+            ("gather.photons_per_estimate", doubling(5, 320)),
+            ("gather.coverage_rays", texts(&[0, 4, 8, 12])),
+            ("direct.shadow_rays", doubling(1, 16)),
+            ("fovea.samples", doubling(1, 16)),
+            ("fovea.transition_samples", doubling(1, 4)),
+            ("photon.depth_max", texts(&[3, 6, 12, 32])),
+        ];
+        ladders
+            .into_iter()
+            .filter(|(key, _)| reads(technique, key))
+            .map(|(key, values)| Self { key, values })
+            .collect()
+    }
+
+    /// The setting one step up (+1) or down (-1) from its nearest place on the ladder; `None` at the end.
+    fn step(&self, setting: &Setting, direction: isize) -> Option<Setting> {
+        let here = magnitude(&setting.get(self.key)?);
+        let place = |value: &String| magnitude(value);
+        let next = match direction {
+            1 => self.values.iter().find(|value| place(value) > here * 1.01),
+            _ => self
+                .values
+                .iter()
+                .rev()
+                .find(|value| place(value) < here * 0.99),
+        }?;
+        let mut setting = setting.clone();
+        setting.set(self.key, next).ok()?;
+        Some(setting)
+    }
+}
+
+/// Sizes up to the reference's, in steps that the eye can tell.
+fn sizes(reference: ImageSize) -> Vec<String> {
+    let shares = [0.125, 0.1875, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
+    let side = |share: f64, side: u32| ((share * f64::from(side)).round() as u32).max(1);
+    let mut sizes: Vec<String> = shares
+        .iter()
+        .map(|share| ImageSize {
+            width: side(*share, reference.width),
+            height: side(*share, reference.height),
+        })
+        .map(|size| size.to_string())
+        .collect();
+    sizes.dedup();
+    sizes
+}
+
+/// How far up a ladder a value stands: the number, or the pixels of a size.
+fn magnitude(value: &str) -> f64 {
+    let size = value.parse::<ImageSize>();
+    let pixels = size.map(|size| f64::from(size.width) * f64::from(size.height));
+    pixels.unwrap_or_else(|_| value.parse().unwrap_or(0.0))
+}
+
+/// Which of two trials is the better one within a budget: the smaller error of those that meet it, else the faster.
+fn is_better(candidate: &Trial, than: &Trial, limit_ms: f64) -> bool {
+    match (candidate.ms <= limit_ms, than.ms <= limit_ms) {
+        (true, true) => candidate.error < BETTER * than.error,
+        (true, false) => true,
+        (false, true) => false,
+        (false, false) => candidate.ms < BETTER * than.ms,
+    }
+}
+
+/// Orders trials within a budget: those that meet it by error, then the others by time.
+pub fn compare(a: &Trial, b: &Trial, budget_ms: f64) -> Ordering {
+    let rank = |trial: &Trial| match trial.ms <= budget_ms {
+        true => (0_u8, trial.error),
+        false => (1, trial.ms),
+    };
+    let ((a_class, a), (b_class, b)) = (rank(a), rank(b));
+    a_class.cmp(&b_class).then(a.total_cmp(&b))
+}
+
+/// The best of some trials within a budget.
+pub fn best(trials: impl IntoIterator<Item = Trial>, budget_ms: f64) -> Option<Trial> {
+    let trials = trials.into_iter();
+    trials.min_by(|a, b| compare(a, b, budget_ms))
+}
+
+/// Goes from `start` to settings of less error within the budget until none is found or `is_over`. `None` if it was interrupted.
+///
+/// # Errors
+/// Those of `try_it`.
+pub fn descend(
+    start: Trial,
+    ladders: &[Ladder],
+    budget_ms: f64,
+    try_it: &mut Try<'_>,
+    is_over: &dyn Fn() -> bool,
+) -> Result<Option<Trial>, CostError> {
+    let limit_ms = FILL_AIM * budget_ms;
+    let mut current = start;
+    for _ in 0..MAX_ROUNDS {
+        let mut found = current.clone();
+        let mut model = Vec::with_capacity(ladders.len());
+        for ladder in ladders {
+            let mut steps = vec![Step::default()];
+            for direction in [-1, 1] {
+                // Far beyond the budget there is only one way.
+                if is_over() || direction == 1 && current.ms > 2.0 * budget_ms {
+                    continue;
+                }
+                let Some(setting) = ladder.step(&current.setting, direction) else {
+                    continue;
+                };
+                let Some(trial) = try_it(&setting)? else {
+                    return Ok(None);
+                };
+                steps.push(Step {
+                    direction,
+                    log_ms: (trial.ms / current.ms).ln(),
+                    log_error: (trial.error / current.error).ln(),
+                });
+                if is_better(&trial, &found, limit_ms) {
+                    found = trial;
+                }
+            }
+            model.push(steps);
+        }
+        if let Some(setting) = combine(&current, ladders, &model, limit_ms)
+            && !is_over()
+        {
+            let Some(trial) = try_it(&setting)? else {
+                return Ok(None);
+            };
+            if is_better(&trial, &found, limit_ms) {
+                found = trial;
+            }
+        }
+        if found == current || is_over() {
+            return Ok(Some(found));
+        }
+        current = found;
+    }
+    Ok(Some(current))
+}
+
+/// What a step of one knob does, as far as the trials tell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Step {
+    direction: isize,
+    log_ms: f64,
+    log_error: f64,
+}
+
+/// The combination of steps with the least error of those that meet the limit by the model, or else the fastest; `None` if it is none.
+fn combine(
+    from: &Trial,
+    ladders: &[Ladder],
+    model: &[Vec<Step>],
+    limit_ms: f64,
+) -> Option<Setting> {
+    let room = (limit_ms / from.ms).ln();
+    let mut combinations: Vec<(Vec<isize>, f64, f64)> = vec![(Vec::new(), 0.0, 0.0)];
+    for steps in model {
+        combinations = combinations
+            .iter()
+            .flat_map(|(directions, log_ms, log_error)| {
+                steps.iter().map(move |step| {
+                    let mut directions = directions.clone();
+                    directions.push(step.direction);
+                    (directions, log_ms + step.log_ms, log_error + step.log_error)
+                })
+            })
+            .collect();
+    }
+    let rank = |(_, log_ms, log_error): &(Vec<isize>, f64, f64)| match *log_ms <= room {
+        true => (0, *log_error),
+        false => (1, *log_ms),
+    };
+    let best = combinations.iter().min_by(|a, b| {
+        let ((a_class, a), (b_class, b)): ((u8, f64), (u8, f64)) = (rank(a), rank(b));
+        a_class.cmp(&b_class).then(a.total_cmp(&b))
+    })?;
+    let steps = || best.0.iter().zip(ladders);
+    // One step alone was tried already.
+    if steps().filter(|(direction, _)| **direction != 0).count() < 2 {
+        return None;
+    }
+    let mut setting = from.setting.clone();
+    for (direction, ladder) in steps().filter(|(direction, _)| **direction != 0) {
+        setting = ladder.step(&setting, *direction)?;
+    }
+    Some(setting)
+}
+
+/// Measures a setting afresh and fills the budget with paths, or takes some away, until its median lies within the budget and uses
+/// [`FILL_MIN`] of it; more paths are kept only if the error does not grow. Returns the one to take, or `None` if it was interrupted.
+///
+/// # Errors
+/// Those of `try_afresh`.
+pub fn confirm(
+    setting: &Setting,
+    budget_ms: f64,
+    try_afresh: &mut Try<'_>,
+) -> Result<Option<Trial>, CostError> {
+    let mut setting = setting.clone();
+    let mut trials: Vec<Trial> = Vec::new();
+    for _ in 0..MAX_CONFIRMATIONS {
+        let Some(trial) = try_afresh(&setting)? else {
+            return Ok(None);
+        };
+        let is_filled = (FILL_MIN * budget_ms..=budget_ms).contains(&trial.ms);
+        let does_not_pay = trials.iter().any(|before| {
+            before.ms < trial.ms && before.ms <= budget_ms && before.error < BETTER * trial.error
+        });
+        trials.push(trial);
+        if is_filled || does_not_pay {
+            break;
+        }
+        match next_effort(&trials, budget_ms) {
+            Some(effort) => {
+                let key = setting.effort_key();
+                // Beyond the knob's range there is nothing to try.
+                if setting.set(key, &effort.to_string()).is_err() {
+                    break;
+                }
+            }
+            None => break,
+        }
+    }
+    Ok(best(trials, budget_ms))
+}
+
+/// The paths that should take the time aimed at, from the last trial and how time grew with paths between the last two.
+fn next_effort(trials: &[Trial], budget_ms: f64) -> Option<u32> {
+    let last = trials.last()?;
+    let paths = |trial: &Trial| f64::from(trial.setting.effort().max(1));
+    let measured = match trials {
+        [.., before, last] => (last.ms / before.ms).ln() / (paths(last) / paths(before)).ln(),
+        _ => f64::NAN,
+    };
+    /// Time grows with paths at least and at most so; half where nothing is known.
+    const EXPONENTS: (f64, f64, f64) = (0.25, 1.2, 0.5);
+    let exponent = match measured.is_finite() {
+        true => measured.clamp(EXPONENTS.0, EXPONENTS.1),
+        false => EXPONENTS.2,
+    };
+    let factor = (FILL_AIM * budget_ms / last.ms).powf(1.0 / exponent);
+    let effort = (paths(last) * factor.clamp(0.25, 4.0)).round().max(1.0) as u32;
+    let was_tried = trials.iter().any(|trial| trial.setting.effort() == effort);
+    (!was_tried).then_some(effort)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::setting::tests::setting;
+    use super::*;
+
+    /// A machine of which everything is known: time is the sum of its parts, noise falls with photons and blur with the radius.
+    fn machine(setting: &Setting) -> Trial {
+        let photons = f64::from(setting.params.photon.count);
+        let per_estimate = f64::from(setting.params.gather.photons_per_estimate);
+        let rays = f64::from(setting.params.direct.shadow_rays);
+        let pixels = f64::from(setting.size.width * setting.size.height) / 4096.0;
+        Trial {
+            setting: setting.clone(),
+            ms: 1.0 + photons / 1000.0 + pixels * (4.0 * rays + 0.5 * per_estimate),
+            error: 1.0 / per_estimate + 20.0 * per_estimate / photons + 0.05 / rays + 0.01 / pixels,
+        }
+    }
+
+    fn ladders() -> Vec<Ladder> {
+        Ladder::all("pm-direct", "64x64".parse().unwrap())
+    }
+
+    fn searched(budget_ms: f64) -> Trial {
+        let mut try_it = |setting: &Setting| Ok(Some(machine(setting)));
+        let start = machine(&setting());
+        let found = descend(start, &ladders(), budget_ms, &mut try_it, &|| false);
+        let found = found.unwrap().unwrap();
+        confirm(&found.setting, budget_ms, &mut try_it)
+            .unwrap()
+            .unwrap()
+    }
+
+    #[test]
+    fn the_chosen_setting_meets_its_budget_and_uses_it() {
+        for budget_ms in [8.0, 20.0, 50.0, 200.0] {
+            let found = searched(budget_ms);
+            let share = found.ms / budget_ms;
+            assert!((FILL_MIN..=1.0).contains(&share), "{budget_ms}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_larger_budget_buys_less_error_and_the_choice_beats_its_start_scaled_down() {
+        let errors = [8.0, 20.0, 50.0, 200.0].map(|budget_ms| searched(budget_ms).error);
+        assert!(
+            errors.windows(2).all(|pair| pair[1] < pair[0]),
+            "{errors:?}"
+        );
+        // What taking photons away alone would give within 50 ms.
+        let mut naive = setting();
+        naive.params.photon.count = 20_000;
+        let naive = machine(&naive);
+        assert!(naive.ms < 50.0 && searched(50.0).error < 0.8 * naive.error);
+    }
+
+    #[test]
+    fn a_budget_that_nothing_meets_ends_with_the_fastest_setting() {
+        let found = searched(0.5);
+        assert!(found.ms > 0.5);
+        assert!(found.ms < 0.1 * machine(&setting()).ms, "{found:?}");
+    }
+
+    #[test]
+    fn paths_that_do_not_pay_are_not_added() {
+        // Here more photons only cost.
+        let mut try_it = |setting: &Setting| {
+            let photons = f64::from(setting.params.photon.count);
+            Ok(Some(Trial {
+                setting: setting.clone(),
+                ms: 1.0 + photons / 1000.0,
+                error: photons,
+            }))
+        };
+        let mut start = setting();
+        start.params.photon.count = 5000;
+        let found = confirm(&start, 50.0, &mut try_it).unwrap().unwrap();
+        assert_eq!(found.setting.params.photon.count, 5000);
+    }
+
+    #[test]
+    fn an_interrupted_search_chooses_nothing() {
+        let mut left = 3;
+        let mut try_it = |setting: &Setting| {
+            left -= 1;
+            Ok((left > 0).then(|| machine(setting)))
+        };
+        let start = machine(&setting());
+        let found = descend(start, &ladders(), 50.0, &mut try_it, &|| false).unwrap();
+        assert_eq!(found, None);
+    }
+
+    #[test]
+    fn a_ladder_ends_at_both_ends_and_skips_nothing_between() {
+        let ladders = ladders();
+        let shadow = ladders
+            .iter()
+            .find(|l| l.key == "direct.shadow_rays")
+            .unwrap();
+        let mut here = setting();
+        here.set("direct.shadow_rays", "3").unwrap();
+        let rays = |setting: Option<Setting>| setting.map(|s| s.params.direct.shadow_rays);
+        assert_eq!(rays(shadow.step(&here, 1)), Some(4));
+        assert_eq!(rays(shadow.step(&here, -1)), Some(2));
+        here.set("direct.shadow_rays", "16").unwrap();
+        assert_eq!(rays(shadow.step(&here, 1)), None);
+        assert!(Ladder::all("path", "64x64".parse().unwrap()).len() == 2);
+    }
+}

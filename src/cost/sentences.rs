@@ -1,0 +1,401 @@
+//! What was found, in plain words: each sentence is drawn from figures that were measured, and says which.
+
+use super::campaign::Drift;
+use super::fit::{self, PowerLaw};
+use super::level::{Goal, Level};
+use super::point::{Point, grouped};
+use super::search::FILL_MIN;
+use super::setting::Setting;
+use super::table::Budget;
+
+/// The bias share from which blur, not noise, is most of an error.
+const MOSTLY: f64 = 0.5;
+/// The share of a fit's scatter below which no price is told.
+const GOOD_FIT: f64 = 0.8;
+/// The reference's share of an error from which readers are warned.
+const NOISY_REFERENCE: f64 = 0.5;
+
+/// The one sentence that stands over all.
+pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>) -> String {
+    if let Some(budget) = budget {
+        return match budget.is_met {
+            true => format!(
+                "{} ms buy a foveal error of {} in {scene}",
+                number(budget.budget_ms),
+                number(budget.relmse)
+            ),
+            false => format!(
+                "{} ms are not enough for {scene}: the fastest setting found takes {} ms",
+                number(budget.budget_ms),
+                number(budget.frame_ms)
+            ),
+        };
+    }
+    let front = fit::front(points);
+    match PowerLaw::of_front(&front).filter(|law| law.r_squared >= GOOD_FIT) {
+        Some(law) => format!(
+            "Half the foveal error costs {} times the time in {scene}",
+            number(law.price_of_half())
+        ),
+        None => format!("What accuracy costs in {scene}"),
+    }
+}
+
+/// What the points say.
+pub fn of_points(points: &[Point]) -> Vec<String> {
+    let front = fit::front(points);
+    let mut said: Vec<String> = price(&front).into_iter().collect();
+    said.extend(comparisons(points));
+    for technique in fit::techniques(points) {
+        said.extend(limit(technique, points));
+    }
+    said
+}
+
+/// What a budget buys, and how sure that is.
+pub fn of_budget(budget: &Budget) -> Vec<String> {
+    let mut said = Vec::new();
+    let (asked, took) = (number(budget.budget_ms), number(budget.frame_ms));
+    let share = budget.frame_ms / budget.budget_ms;
+    said.push(match budget.is_met {
+        true => format!(
+            "The best setting found for {asked} ms is {}. Measured again after it was chosen: {took} ms of {asked} (half of its frames \
+             between {} and {}), foveal error {}.",
+            budget.label,
+            number(budget.q25_ms),
+            number(budget.q75_ms),
+            number(budget.relmse)
+        ),
+        false => format!(
+            "No setting that was tried meets {asked} ms: the fastest, {}, takes {took} ms. Smaller pictures or a faster device are needed.",
+            budget.label
+        ),
+    });
+    if budget.is_met && share < FILL_MIN {
+        said.push(format!(
+            "It uses {} % of the budget: what was tried with more time had no smaller error.",
+            number(100.0 * share)
+        ));
+    }
+    said
+}
+
+/// What time is spent on at a point.
+pub fn time_of(point: &Point) -> Option<String> {
+    let sum: f64 = point.time.pass_ms.iter().map(|(_, ms)| ms).sum();
+    let mut stages: Vec<&(String, f64)> = point.time.pass_ms.iter().collect();
+    stages.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let share = |ms: f64| number((100.0 * ms / sum.max(f64::MIN_POSITIVE)).round());
+    match stages[..] {
+        [(first, first_ms), (second, second_ms), ..] => Some(format!(
+            "Of its time {} % goes to {first} and {} % to {second}.",
+            share(*first_ms),
+            share(*second_ms)
+        )),
+        _ => None,
+    }
+}
+
+/// How noisy the machine and the reference were.
+pub fn of_noise(points: &[Point], drift: &Drift) -> Vec<String> {
+    let mut said = Vec::new();
+    let mut spreads: Vec<f64> = points.iter().map(|point| point.time.spread()).collect();
+    spreads.sort_unstable_by(f64::total_cmp);
+    if let Some(spread) = spreads.get(spreads.len() / 2) {
+        let mut text = format!(
+            "Frames of one setting scatter: the middle half of them spans {} % of the median (at the median point).",
+            number((100.0 * spread).round())
+        );
+        if let Some(range) = drift.range() {
+            text += &format!(
+                " One setting, timed {} times through the run, took from {} to {} ms: the machine itself drifted by {} %, and times that \
+                 differ by less are equal.",
+                drift.anchor_ms.len(),
+                number(
+                    drift
+                        .anchor_ms
+                        .iter()
+                        .copied()
+                        .fold(f64::INFINITY, f64::min)
+                ),
+                number(drift.anchor_ms.iter().copied().fold(0.0, f64::max)),
+                number((100.0 * range).round())
+            );
+        }
+        said.push(text);
+    }
+    let noise = points.iter().filter_map(|point| {
+        let fovea = point.error.fovea?;
+        Some((fovea.relative_reference_variance, point.relmse()))
+    });
+    if let Some((noise, least)) = noise.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        said.push(if noise <= 0.0 {
+            "The reference came without its own noise: whatever it has is counted as error.".into()
+        } else if noise > NOISY_REFERENCE * least {
+            format!(
+                "The reference's own noise ({}) is taken off every error, but it is not small beside the least one ({}): trust the points \
+                 of least error less, or give the reference more time (--reference-seconds).",
+                number(noise),
+                number(least)
+            )
+        } else {
+            format!(
+                "The reference's own noise is taken off every error; it was {}, the least error is {}.",
+                number(noise),
+                number(least)
+            )
+        });
+    }
+    said
+}
+
+/// Techniques at a level.
+pub fn of_levels(goal: Goal, levels: &[Level]) -> Vec<String> {
+    levels
+        .iter()
+        .map(|level| match (goal, level.ratio) {
+            (Goal::Relmse(error), Some(ratio)) => format!(
+                "For a foveal error of {} {} takes {} ms{}.",
+                number(error),
+                level.technique,
+                number(level.frame_ms),
+                times(ratio, " times the fastest")
+            ),
+            (Goal::Relmse(error), None) => format!(
+                "{} did not reach a foveal error of {}: the least it had was {}, in {} ms.",
+                level.technique,
+                number(error),
+                number(level.relmse),
+                number(level.frame_ms)
+            ),
+            (Goal::FrameMs(ms), Some(ratio)) => format!(
+                "In {} ms {} reaches a foveal error of {}{}.",
+                number(ms),
+                level.technique,
+                number(level.relmse),
+                times(ratio, " times the least")
+            ),
+            (Goal::FrameMs(ms), None) => format!(
+                "{} was never as fast as {} ms: its fastest frame took {} ms.",
+                level.technique,
+                number(ms),
+                number(level.frame_ms)
+            ),
+        })
+        .collect()
+}
+
+fn times(ratio: f64, what: &str) -> String {
+    match ratio > 1.005 {
+        true => format!(", {}{what}", number(ratio)),
+        false => String::new(),
+    }
+}
+
+/// What half the error costs along the front.
+fn price(front: &[&Point]) -> Option<String> {
+    let law = PowerLaw::of_front(front)?;
+    let range = format!("from {} to {} ms", number(law.from_ms), number(law.to_ms));
+    Some(match law.r_squared >= GOOD_FIT {
+        true => format!(
+            "Half the foveal error costs {} times the time: a power law through the {} points that nothing beats, {range}, explains {} % of \
+             their scatter.",
+            number(law.price_of_half()),
+            law.points,
+            number((100.0 * law.r_squared).round())
+        ),
+        false => format!(
+            "No one price of accuracy holds: a power law through the {} points that nothing beats, {range}, explains only {} % of their \
+             scatter.",
+            law.points,
+            number((100.0 * law.r_squared).round())
+        ),
+    })
+}
+
+/// The fastest technique beside each other one, at an error in the middle of what both reached.
+fn comparisons(points: &[Point]) -> Vec<String> {
+    let of = |technique: &str| fit::front(points.iter().filter(|p| p.technique == technique));
+    let range = |front: &[&Point]| {
+        let errors = || front.iter().map(|point| point.relmse());
+        let least = errors().fold(f64::INFINITY, f64::min);
+        (least, errors().fold(0.0, f64::max))
+    };
+    let names = fit::techniques(points);
+    let mut said = Vec::new();
+    for (place, first) in names.iter().enumerate() {
+        for second in &names[place + 1..] {
+            let (a, b) = (of(first), of(second));
+            let ((a_least, a_most), (b_least, b_most)) = (range(&a), range(&b));
+            let (least, most) = (a_least.max(b_least), a_most.min(b_most));
+            if least >= most {
+                continue;
+            }
+            let error = (least * most).sqrt();
+            let times = fit::time_at(&a, error).zip(fit::time_at(&b, error));
+            let Some((a_ms, b_ms)) = times else { continue };
+            let ((fast, fast_ms), (slow, slow_ms)) = match a_ms <= b_ms {
+                true => ((first, a_ms), (second, b_ms)),
+                false => ((second, b_ms), (first, a_ms)),
+            };
+            said.push(format!(
+                "For a foveal error of {}, {fast} takes {} ms and {slow} {} ms, {} times as long.",
+                number(error),
+                number(fast_ms),
+                number(slow_ms),
+                number(slow_ms / fast_ms)
+            ));
+        }
+    }
+    said
+}
+
+/// From where blur, not noise, limits a technique, along the series of points that holds its least error and differs in paths alone.
+fn limit(technique: &str, points: &[Point]) -> Option<String> {
+    let own = || points.iter().filter(|point| point.technique == technique);
+    let best = own().min_by(|a, b| a.relmse().total_cmp(&b.relmse()))?;
+    let series_of = |point: &Point| {
+        let mut setting = Setting::of(point).ok()?;
+        let key = setting.effort_key();
+        setting.set(key, "1").ok()?;
+        Some(setting)
+    };
+    let series = series_of(best)?;
+    let mut along: Vec<&Point> = own()
+        .filter(|point| series_of(point).as_ref() == Some(&series))
+        .collect();
+    along.sort_by_key(|point| point.effort);
+    let (first, last) = (along.first()?, along.last()?);
+    if along.len() < 2 {
+        return None;
+    }
+    let share = |point: &Point| point.error.fovea.map_or(0.0, |fovea| fovea.bias_share());
+    let is_blurred = |point: &&Point| share(point) >= MOSTLY;
+    let paths = match last.photons {
+        Some(_) => "photons",
+        None => "paths",
+    };
+    let percent = |share: f64| number((100.0 * share).round());
+    let noisy = along.iter().rposition(|point| !is_blurred(point));
+    Some(match noisy {
+        Some(at) if at + 1 == along.len() => format!(
+            "{technique}: noise, not bias, is most of its error up to {} {paths} ({} % there): more {paths} still pay.",
+            grouped(last.effort),
+            percent(1.0 - share(last))
+        ),
+        _ => {
+            let from = noisy.map_or(first, |at| &along[at]);
+            format!(
+                "{technique}: beyond {} {paths} {}, not the {paths}, limits: at {} {paths} {} % of the foveal error is bias, which \
+                 no number of {paths} takes away.",
+                grouped(from.effort),
+                what_biases(last),
+                grouped(last.effort),
+                percent(share(last))
+            )
+        }
+    })
+}
+
+/// What the bias of a point comes from.
+fn what_biases(point: &Point) -> &'static str {
+    match point.radius_m {
+        Some(_) => "the radius",
+        None => "the picture's size",
+    }
+}
+
+/// Three digits that count.
+pub fn number(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let power = value.abs().log10().floor() as i32;
+    match power {
+        -3..=5 => {
+            let digits = (2 - power).max(0) as usize;
+            let text = format!("{value:.digits$}");
+            match text.contains('.') {
+                true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+                false => text,
+            }
+        }
+        _ => format!("{value:.2e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::point::tests::point;
+    use super::*;
+
+    #[test]
+    fn the_price_of_half_the_error_is_told_with_what_it_is_drawn_from() {
+        let law = |ms: f64| ms.powf(-0.65);
+        let points: Vec<Point> = [10.0, 40.0, 160.0, 640.0]
+            .map(|ms| point("pm", ms, law(ms), 0.1))
+            .to_vec();
+        let said = of_points(&points).join("\n");
+        assert!(said.contains("costs 2.9 times the time"), "{said}");
+        assert!(
+            said.contains("4 points") && said.contains("from 10 to 640 ms"),
+            "{said}"
+        );
+        assert!(title("a room", &points, None).contains("2.9 times"));
+        let scattered = [(10.0, 1.0), (20.0, 0.99), (30.0, 0.98), (31.0, 1e-3)];
+        let scattered = scattered.map(|(ms, e)| point("pm", ms, e, 0.1)).to_vec();
+        assert!(of_points(&scattered)[0].starts_with("No one price"));
+        assert!(!title("a room", &scattered, None).contains("times"));
+    }
+
+    #[test]
+    fn blur_limits_from_the_point_where_bias_is_most_of_the_error() {
+        let shares = [(10.0, 0.1), (20.0, 0.3), (40.0, 0.7), (80.0, 0.9)];
+        let points = |shares: &[(f64, f64)]| -> Vec<Point> {
+            let made = shares
+                .iter()
+                .map(|&(ms, share)| point("pm", ms, 1.0 / ms, share));
+            made.collect()
+        };
+        let said = limit("pm", &points(&shares)).unwrap();
+        assert!(
+            said.contains("beyond 2\u{202f}000 photons the radius"),
+            "{said}"
+        );
+        assert!(said.contains("90 %"), "{said}");
+        let said = limit("pm", &points(&shares[..2])).unwrap();
+        assert!(said.contains("more photons still pay"), "{said}");
+    }
+
+    #[test]
+    fn techniques_are_compared_where_both_have_been() {
+        let points = [
+            point("pm", 100.0, 0.1, 0.0),
+            point("pm", 1000.0, 0.01, 0.0),
+            point("path", 20.0, 0.1, 0.0),
+            point("path", 200.0, 0.01, 0.0),
+        ];
+        let said = comparisons(&points);
+        assert_eq!(said.len(), 1);
+        assert!(
+            said[0].contains("path takes 63.2 ms and pm 316 ms, 5 times"),
+            "{}",
+            said[0]
+        );
+        let apart = [
+            point("pm", 100.0, 0.1, 0.0),
+            point("pm", 200.0, 0.05, 0.0),
+            point("path", 20.0, 0.02, 0.0),
+        ];
+        assert_eq!(comparisons(&apart), [""; 0]);
+    }
+
+    #[test]
+    fn numbers_have_three_digits_that_count() {
+        let written = [0.001234, 0.5, 12.0, 48.71, 1234.5, 0.0, 1.5e-7].map(number);
+        assert_eq!(
+            written,
+            ["0.00123", "0.5", "12", "48.7", "1234", "0", "1.50e-7"]
+        );
+    }
+}
