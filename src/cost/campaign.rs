@@ -1,5 +1,5 @@
-//! Many settings, one after the other: each is looked for in the store first, and one that stays the same is timed again and again, so
-//! that a machine that slows down is found out.
+//! Many settings, one after the other: each is looked for in the store first, and one that stays the same, the anchor, is timed again and
+//! again, so that a machine that slows down is found out, and a search compares times as if they were taken at one moment.
 
 use std::time::{Duration, Instant};
 
@@ -8,12 +8,13 @@ use serde::Serialize;
 use super::CostError;
 use super::judge::Judge;
 use super::measure::Bench;
-use super::point::Point;
+use super::point::{Anchor, Point};
+use super::search::Trial;
 use super::setting::Setting;
 use super::store::Store;
 
 /// How often the anchor is timed again.
-const ANCHOR_PERIOD: Duration = Duration::from_secs(45);
+const ANCHOR_PERIOD: Duration = Duration::from_secs(20);
 
 /// A run over many settings.
 pub struct Campaign<'a> {
@@ -24,14 +25,10 @@ pub struct Campaign<'a> {
     tell: &'a mut dyn FnMut(&Setting),
     points: Vec<Point>,
     reused: usize,
-    anchor: Option<Anchor>,
-}
-
-/// One setting, timed through the run.
-struct Anchor {
-    setting: Setting,
-    times_ms: Vec<f64>,
-    last: Instant,
+    /// The setting that is timed through the run, and when it was last.
+    anchor: Setting,
+    anchored: Option<Instant>,
+    drift: Drift,
 }
 
 /// What a campaign found.
@@ -67,6 +64,7 @@ impl<'a> Campaign<'a> {
         bench: &'a Bench<'a>,
         judge: &'a Judge,
         store: &'a Store,
+        anchor: Setting,
         tell: &'a mut dyn FnMut(&Setting),
     ) -> Self {
         Self {
@@ -76,7 +74,9 @@ impl<'a> Campaign<'a> {
             tell,
             points: Vec::new(),
             reused: 0,
-            anchor: None,
+            anchor: anchor.normalised(),
+            anchored: None,
+            drift: Drift::default(),
         }
     }
 
@@ -89,14 +89,12 @@ impl<'a> Campaign<'a> {
         if let Some(point) = self.points.iter().find(|point| point.key == key) {
             return Ok(Some(point.clone()));
         }
-        (self.tell)(setting);
         if let Some(point) = self.store.find(&key)? {
             self.reused += 1;
             self.points.push(point.clone());
             return Ok(Some(point));
         }
-        self.time_anchor(setting)?;
-        self.measure(setting, key)
+        self.fresh_point(setting)
     }
 
     /// The point of a setting, measured now whether it is known or not. `None` if it was interrupted.
@@ -104,24 +102,47 @@ impl<'a> Campaign<'a> {
     /// # Errors
     /// [`CostError`].
     pub fn fresh_point(&mut self, setting: &Setting) -> Result<Option<Point>, CostError> {
-        let key = self.store.key(setting);
         (self.tell)(setting);
-        self.points.retain(|point| point.key != key);
-        self.measure(setting, key)
-    }
-
-    fn measure(&mut self, setting: &Setting, key: String) -> Result<Option<Point>, CostError> {
+        if self
+            .anchored
+            .is_none_or(|last| last.elapsed() >= ANCHOR_PERIOD)
+        {
+            self.time_anchor()?;
+        }
         let setting = setting.clone().normalised();
         let Some(measured) = self.bench.measure(&setting, self.judge)? else {
             return Ok(None);
         };
         let point = Point {
-            key,
+            key: self.store.key(&setting),
+            anchor: self.drift.anchor_ms.last().map(|ms| Anchor {
+                key: self.store.key(&self.anchor),
+                ms: *ms,
+            }),
             ..measured.point
         };
         self.store.keep(&point, &measured.frame)?;
+        self.points.retain(|known| known.key != point.key);
         self.points.push(point.clone());
         Ok(Some(point))
+    }
+
+    /// A point as a search sees it: the time is what it would be now, if the machine has become faster or slower as the anchor has.
+    ///
+    /// # Errors
+    /// [`CostError`]: the point is of a program that knew other keys.
+    pub fn trial(&self, point: &Point) -> Result<Trial, CostError> {
+        let key = self.store.key(&self.anchor);
+        let then = point.anchor.as_ref().filter(|anchor| anchor.key == key);
+        let change = match (self.drift.anchor_ms.last(), then) {
+            (Some(now_ms), Some(then)) => now_ms / then.ms,
+            _ => 1.0,
+        };
+        Ok(Trial {
+            setting: Setting::of(point)?,
+            ms: point.frame_ms() * change,
+            error: point.relmse(),
+        })
     }
 
     /// Every point so far.
@@ -134,34 +155,21 @@ impl<'a> Campaign<'a> {
     /// # Errors
     /// [`CostError`].
     pub fn finish(mut self) -> Result<Findings, CostError> {
-        if let Some(anchor) = &mut self.anchor {
-            // An interrupted run times nothing more.
-            let time = self.bench.time(&anchor.setting)?;
-            anchor.times_ms.extend(time.map(|time| time.median_ms));
+        if self.anchored.is_some() {
+            self.time_anchor()?;
         }
         Ok(Findings {
             points: self.points,
             reused: self.reused,
-            drift: Drift {
-                anchor_ms: self.anchor.map_or(Vec::new(), |anchor| anchor.times_ms),
-            },
+            drift: self.drift,
         })
     }
 
-    /// Times the anchor where it is due. The first setting that is measured is the anchor.
-    fn time_anchor(&mut self, setting: &Setting) -> Result<(), CostError> {
-        let is_due = |anchor: &Anchor| anchor.last.elapsed() >= ANCHOR_PERIOD;
-        if !self.anchor.as_ref().is_none_or(is_due) {
-            return Ok(());
-        }
-        let anchor = self.anchor.get_or_insert_with(|| Anchor {
-            setting: setting.clone().normalised(),
-            times_ms: Vec::new(),
-            last: Instant::now(),
-        });
-        let time = self.bench.time(&anchor.setting)?;
-        anchor.times_ms.extend(time.map(|time| time.median_ms));
-        anchor.last = Instant::now();
+    /// Times the anchor; an interrupted run times nothing more.
+    fn time_anchor(&mut self) -> Result<(), CostError> {
+        let time = self.bench.time(&self.anchor)?;
+        self.drift.anchor_ms.extend(time.map(|time| time.median_ms));
+        self.anchored = Some(Instant::now());
         Ok(())
     }
 }

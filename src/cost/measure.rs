@@ -50,7 +50,7 @@ pub struct Bench<'a> {
 
 /// What came of a setting, and its last frame.
 pub struct Measured {
-    /// The point; its key is empty.
+    /// The point, without its key and its anchor.
     pub point: Point,
     /// A frame as a viewer would see it, at its own size.
     pub frame: LinearImage,
@@ -106,6 +106,7 @@ impl Bench<'_> {
             time,
             error,
             warnings,
+            anchor: None,
         };
         Ok(Some(Measured { point, frame }))
     }

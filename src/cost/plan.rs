@@ -9,8 +9,8 @@ pub const MAX_POINTS: usize = 10_000;
 
 /// Photons of the sweep that is made when none is asked for.
 const DEFAULT_PHOTONS: &str = "1000..64000*4";
-/// Photons an estimate in it: a sharp and noisy gather, and the default.
-const DEFAULT_PER_ESTIMATE: &str = "10,40";
+/// Photons an estimate in it: the default, and a soft gather.
+const DEFAULT_PER_ESTIMATE: &str = "40,160";
 /// Paths a pixel in it.
 const DEFAULT_PATHS: &str = "1..16*4";
 

@@ -32,6 +32,17 @@ pub struct Point {
     pub error: Errors,
     /// What the technique warned of.
     pub warnings: Vec<String>,
+    /// How fast the machine was just before.
+    pub anchor: Option<Anchor>,
+}
+
+/// A setting that stays the same through a run, and how long its frame took at one time: machines get faster and slower.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Anchor {
+    /// Key of the setting.
+    pub key: String,
+    /// Median time of its frames, milliseconds.
+    pub ms: f64,
 }
 
 /// Times of independent frames.
@@ -212,6 +223,7 @@ pub(super) mod tests {
                 not_finite: 0,
             },
             warnings: Vec::new(),
+            anchor: None,
         }
     }
 

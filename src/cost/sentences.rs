@@ -8,6 +8,8 @@ use super::search::FILL_MIN;
 use super::setting::Setting;
 use super::table::Budget;
 
+/// How fast error must fall with paths, as a power, for more of them to pay; noise alone falls with power 1.
+const PAYS: f64 = 0.5;
 /// The bias share from which blur, not noise, is most of an error.
 const MOSTLY: f64 = 0.5;
 /// The share of a fit's scatter below which no price is told.
@@ -37,14 +39,20 @@ pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>) -> String {
             "Half the foveal error costs {} times the time in {scene}",
             number(law.price_of_half())
         ),
-        None => format!("What accuracy costs in {scene}"),
+        None => match front[..] {
+            [first, .., last] => format!(
+                "{} times the time buys a foveal error {} times smaller in {scene}",
+                number(last.frame_ms() / first.frame_ms()),
+                number(first.relmse() / last.relmse())
+            ),
+            _ => format!("What accuracy costs in {scene}"),
+        },
     }
 }
 
 /// What the points say.
 pub fn of_points(points: &[Point]) -> Vec<String> {
-    let front = fit::front(points);
-    let mut said: Vec<String> = price(&front).into_iter().collect();
+    let mut said = prices(points);
     said.extend(comparisons(points));
     for technique in fit::techniques(points) {
         said.extend(limit(technique, points));
@@ -192,25 +200,48 @@ fn times(ratio: f64, what: &str) -> String {
     }
 }
 
-/// What half the error costs along the front.
-fn price(front: &[&Point]) -> Option<String> {
-    let law = PowerLaw::of_front(front)?;
-    let range = format!("from {} to {} ms", number(law.from_ms), number(law.to_ms));
-    Some(match law.r_squared >= GOOD_FIT {
+/// What half the error costs: along the points that nothing beats, and along each technique's own.
+fn prices(points: &[Point]) -> Vec<String> {
+    let mut said = Vec::new();
+    let all = PowerLaw::of_front(&fit::front(points));
+    let fitting = |law: &PowerLaw| number((100.0 * law.r_squared).round());
+    let range =
+        |law: &PowerLaw| format!("from {} to {} ms", number(law.from_ms), number(law.to_ms));
+    said.extend(all.map(|law| match law.r_squared >= GOOD_FIT {
         true => format!(
-            "Half the foveal error costs {} times the time: a power law through the {} points that nothing beats, {range}, explains {} % of \
+            "Half the foveal error costs {} times the time: a power law through the {} points that nothing beats, {}, explains {} % of \
              their scatter.",
             number(law.price_of_half()),
             law.points,
-            number((100.0 * law.r_squared).round())
+            range(&law),
+            fitting(&law)
         ),
         false => format!(
-            "No one price of accuracy holds: a power law through the {} points that nothing beats, {range}, explains only {} % of their \
-             scatter.",
+            "No one price of accuracy holds for all techniques together: a power law through the {} points that nothing beats, {}, \
+             explains only {} % of their scatter.",
             law.points,
-            number((100.0 * law.r_squared).round())
+            range(&law),
+            fitting(&law)
         ),
-    })
+    }));
+    let names = fit::techniques(points);
+    if names.len() < 2 {
+        return said;
+    }
+    for technique in names {
+        let own = points.iter().filter(|point| point.technique == technique);
+        let law = PowerLaw::of_front(&fit::front(own)).filter(|law| law.r_squared >= GOOD_FIT);
+        said.extend(law.map(|law| {
+            format!(
+                "With {technique} alone half the foveal error costs {} times the time ({} points, {}, {} % explained).",
+                number(law.price_of_half()),
+                law.points,
+                range(&law),
+                fitting(&law)
+            )
+        }));
+    }
+    said
 }
 
 /// The fastest technique beside each other one, at an error in the middle of what both reached.
@@ -250,59 +281,65 @@ fn comparisons(points: &[Point]) -> Vec<String> {
     said
 }
 
-/// From where blur, not noise, limits a technique, along the series of points that holds its least error and differs in paths alone.
+/// From where more paths hardly lower a technique's error, and what limits it then: along the series of points that holds its least error
+/// and differs in paths alone.
 fn limit(technique: &str, points: &[Point]) -> Option<String> {
     let own = || points.iter().filter(|point| point.technique == technique);
     let best = own().min_by(|a, b| a.relmse().total_cmp(&b.relmse()))?;
-    let series_of = |point: &Point| {
-        let mut setting = Setting::of(point).ok()?;
-        let key = setting.effort_key();
-        setting.set(key, "1").ok()?;
-        Some(setting)
-    };
     let series = series_of(best)?;
     let mut along: Vec<&Point> = own()
         .filter(|point| series_of(point).as_ref() == Some(&series))
         .collect();
     along.sort_by_key(|point| point.effort);
-    let (first, last) = (along.first()?, along.last()?);
-    if along.len() < 2 {
-        return None;
-    }
-    let share = |point: &Point| point.error.fovea.map_or(0.0, |fovea| fovea.bias_share());
-    let is_blurred = |point: &&Point| share(point) >= MOSTLY;
+    let last = along.last()?;
     let paths = match last.photons {
         Some(_) => "photons",
-        None => "paths",
+        None => "paths a pixel",
     };
-    let percent = |share: f64| number((100.0 * share).round());
-    let noisy = along.iter().rposition(|point| !is_blurred(point));
-    Some(match noisy {
-        Some(at) if at + 1 == along.len() => format!(
-            "{technique}: noise, not bias, is most of its error up to {} {paths} ({} % there): more {paths} still pay.",
-            grouped(last.effort),
-            percent(1.0 - share(last))
+    let pays = |pair: &[&Point]| {
+        let gain = (pair[0].relmse() / pair[1].relmse()).ln();
+        gain / (f64::from(pair[1].effort) / f64::from(pair[0].effort)).ln() >= PAYS
+    };
+    let steps: Vec<bool> = along.windows(2).map(pays).collect();
+    let from = steps.iter().rposition(|pays| *pays).map_or(0, |at| at + 1);
+    let before = along.get(along.len().checked_sub(2)?)?;
+    let last_step = format!(
+        "from {} to {} {paths} the foveal error goes from {} to {}",
+        grouped(before.effort),
+        grouped(last.effort),
+        number(before.relmse()),
+        number(last.relmse())
+    );
+    if from + 1 >= along.len() {
+        return Some(format!("{technique}: more {paths} still pay; {last_step}."));
+    }
+    let bias = last.error.fovea.map_or(0.0, |fovea| fovea.bias_share());
+    let percent = number((100.0 * bias.max(1.0 - bias)).round());
+    let limiting = match (bias >= MOSTLY, last.radius_m) {
+        (true, Some(_)) => format!(
+            "The radius, not the {paths}, limits: {percent} % of what is left is bias, light blurred over the radius."
         ),
-        _ => {
-            let from = noisy.map_or(first, |at| &along[at]);
-            format!(
-                "{technique}: beyond {} {paths} {}, not the {paths}, limits: at {} {paths} {} % of the foveal error is bias, which \
-                 no number of {paths} takes away.",
-                grouped(from.effort),
-                what_biases(last),
-                grouped(last.effort),
-                percent(share(last))
-            )
+        (true, None) => {
+            format!("The picture, not the {paths}, limits: {percent} % of what is left is bias.")
         }
-    })
+        (false, Some(_)) => format!(
+            "The photons in one estimate, not all that are emitted, limit: {percent} % of what is left is noise, and a wider radius \
+             (gather.photons_per_estimate) or more passes would lower it."
+        ),
+        (false, None) => format!("{percent} % of what is left is noise."),
+    };
+    Some(format!(
+        "{technique}: beyond {} {paths} more of them hardly pay; {last_step}. {limiting}",
+        grouped(along[from].effort)
+    ))
 }
 
-/// What the bias of a point comes from.
-fn what_biases(point: &Point) -> &'static str {
-    match point.radius_m {
-        Some(_) => "the radius",
-        None => "the picture's size",
-    }
+/// What the points of a series have in common: all but the paths.
+fn series_of(point: &Point) -> Option<Setting> {
+    let mut setting = Setting::of(point).ok()?;
+    let key = setting.effort_key();
+    setting.set(key, "1").ok()?;
+    Some(setting)
 }
 
 /// Three digits that count.
@@ -345,26 +382,38 @@ mod tests {
         let scattered = [(10.0, 1.0), (20.0, 0.99), (30.0, 0.98), (31.0, 1e-3)];
         let scattered = scattered.map(|(ms, e)| point("pm", ms, e, 0.1)).to_vec();
         assert!(of_points(&scattered)[0].starts_with("No one price"));
-        assert!(!title("a room", &scattered, None).contains("times"));
+        assert!(title("a room", &scattered, None).starts_with("3.1 times the time buys"));
     }
 
     #[test]
-    fn blur_limits_from_the_point_where_bias_is_most_of_the_error() {
-        let shares = [(10.0, 0.1), (20.0, 0.3), (40.0, 0.7), (80.0, 0.9)];
-        let points = |shares: &[(f64, f64)]| -> Vec<Point> {
-            let made = shares
-                .iter()
-                .map(|&(ms, share)| point("pm", ms, 1.0 / ms, share));
-            made.collect()
+    fn more_paths_hardly_pay_from_where_blur_or_the_estimates_noise_is_left() {
+        // Milliseconds, error, and the share of it that is bias.
+        type Made = (f64, f64, f64);
+        let made = [
+            (10.0, 0.1, 0.1),
+            (20.0, 0.05, 0.2),
+            (40.0, 0.025, 0.4),
+            (80.0, 0.022, 0.9),
+        ];
+        let points = |made: &[Made]| -> Vec<Point> {
+            let made = made.iter();
+            made.map(|&(ms, error, bias)| point("pm", ms, error, bias))
+                .collect()
         };
-        let said = limit("pm", &points(&shares)).unwrap();
+        let said = limit("pm", &points(&made)).unwrap();
         assert!(
-            said.contains("beyond 2\u{202f}000 photons the radius"),
+            said.contains("beyond 4\u{202f}000 photons more of them hardly pay"),
             "{said}"
         );
-        assert!(said.contains("90 %"), "{said}");
-        let said = limit("pm", &points(&shares[..2])).unwrap();
+        assert!(
+            said.contains("The radius") && said.contains("90 %"),
+            "{said}"
+        );
+        let said = limit("pm", &points(&made[..3])).unwrap();
         assert!(said.contains("more photons still pay"), "{said}");
+        let noisy = [made[0], made[1], (40.0, 0.045, 0.1)];
+        let said = limit("pm", &points(&noisy)).unwrap();
+        assert!(said.contains("The photons in one estimate"), "{said}");
     }
 
     #[test]

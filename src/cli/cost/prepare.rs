@@ -11,12 +11,11 @@ use super::super::run_record::file_sha256;
 use super::super::{CliError, CliResult};
 use super::Args;
 use crate::cost::CostError;
-use crate::cost::judge::Judge;
 use crate::cost::plan::{self, Axis};
 use crate::cost::reference::{Origin, Reference};
 use crate::cost::setting::Setting;
 use crate::cost::store::Study;
-use crate::metrics::region::{EccentricityLimits, eccentricities_rad};
+use crate::metrics::region::{EccentricityLimits, Region, eccentricities_rad};
 use crate::scene::loaded::LoadedScene;
 use crate::scene::{Camera, Scene};
 
@@ -138,20 +137,32 @@ pub(super) fn reference(
     Ok(reference)
 }
 
-/// The reference, cut into regions around the gaze.
-pub(super) fn judge(
-    reference: Reference,
+/// The angle of each pixel of the reference from the gaze, radians.
+///
+/// # Errors
+/// No pixel is foveal.
+pub(super) fn angles_rad(
+    base: &Setting,
+    study: &Study,
     camera: &Camera,
     gaze: GazeAngles,
-    base: &Setting,
-) -> Result<Judge, CostError> {
-    let (width, height) = (reference.image.width, reference.image.height);
+) -> Result<Vec<f64>, CostError> {
+    let ImageSize { width, height } = study.reference_size;
     let fov = camera.view(width, height).fov;
-    let angles = eccentricities_rad(fov, width as usize, height as usize, gaze.dir_in_view());
+    let gaze_dir_in_view = gaze.dir_in_view();
+    let angles = eccentricities_rad(fov, width as usize, height as usize, gaze_dir_in_view);
+    let is_foveal = |angle: &f64| limits(base).region(*angle) == Region::Fovea;
+    match angles.iter().any(is_foveal) {
+        true => Ok(angles),
+        false => Err(CostError::NoFovea),
+    }
+}
+
+/// Where the regions end.
+pub(super) fn limits(base: &Setting) -> EccentricityLimits {
     let fovea = &base.params.fovea;
-    let limits = EccentricityLimits {
+    EccentricityLimits {
         fovea_rad: f64::from(fovea.radius_deg).to_radians(),
         transition_rad: f64::from(fovea.transition_deg).to_radians(),
-    };
-    Judge::new(reference, &angles, limits)
+    }
 }

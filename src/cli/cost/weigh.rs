@@ -50,6 +50,7 @@ pub(super) fn run(
     let loaded = LoadedScene::new(&gpu, scene)?;
     record.warnings.extend(loaded.scene.warnings.clone());
 
+    let angles_rad = prepare::angles_rad(base, &study, &camera, gaze)?;
     let started = Instant::now();
     let reference = prepare::reference(
         args,
@@ -69,7 +70,7 @@ pub(super) fn run(
     let timed = started.elapsed().as_secs_f64();
     record.timings_s.insert("reference".into(), timed);
     let origin = reference.origin.clone();
-    let judge = prepare::judge(reference, &camera, gaze, base)?;
+    let judge = Judge::new(reference, &angles_rad, prepare::limits(base))?;
     let device = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
     let store = Store::open(output.path(), study.clone(), device)?;
     let bench = bench(&gpu, &loaded, &camera, gaze, args, interrupted);
@@ -126,8 +127,11 @@ fn measure(
 ) -> Result<Found, CliError> {
     let count = settings.len() as u64;
     let progress = RefCell::new(Progress::new("measuring", count, "points"));
+    let Some(anchor) = settings.first() else {
+        return Err(CliError::new("the sweep holds no point"));
+    };
     let mut tell = |setting: &Setting| progress.borrow().set_message(words(setting));
-    let mut campaign = Campaign::new(bench, judge, store, &mut tell);
+    let mut campaign = Campaign::new(bench, judge, store, anchor.clone(), &mut tell);
     let mut found = (None, Vec::new());
     let mut is_whole = true;
     for setting in settings {
@@ -203,28 +207,18 @@ fn choose(
     limit: Duration,
     progress: &RefCell<Progress>,
 ) -> Result<Option<Point>, CostError> {
-    /// Techniques that are searched.
-    const PROMISING: usize = 2;
-    let mut starts: Vec<Trial> = Vec::new();
-    let points = campaign.points().to_vec();
-    for technique in fit::techniques(&points) {
-        let own = points.iter().filter(|point| point.technique == technique);
-        let trials = own.map(trial).collect::<Result<Vec<_>, _>>()?;
-        starts.extend(search::best(trials, budget_ms));
-    }
-    starts.sort_by(|a, b| search::compare(a, b, budget_ms));
-    starts.truncate(PROMISING);
-    let mut try_it = |setting: &Setting| {
-        progress.borrow().advance(1);
-        campaign.point(setting)?.as_ref().map(trial).transpose()
-    };
     let started = Instant::now();
-    let mut found: Vec<Trial> = Vec::new();
+    let starts = starts(campaign, judge, budget_ms)?;
     let share = 1.0 / starts.len().max(1) as f64;
-    for (place, start) in starts.into_iter().enumerate() {
+    let mut found: Vec<Trial> = Vec::new();
+    for (place, (start, ladders)) in starts.into_iter().enumerate() {
         let end = limit.mul_f64(share * (place + 1) as f64);
-        let ladders = Ladder::all(start.setting.technique, judge.size());
         let is_over = || started.elapsed() > end;
+        let mut try_it = |setting: &Setting| {
+            progress.borrow().advance(1);
+            let point = campaign.point(setting)?;
+            point.map(|point| campaign.trial(&point)).transpose()
+        };
         match search::descend(start, &ladders, budget_ms, &mut try_it, &is_over)? {
             Some(trial) => found.push(trial),
             None => return Ok(None),
@@ -235,11 +229,8 @@ fn choose(
     };
     let mut try_afresh = |setting: &Setting| {
         progress.borrow().advance(1);
-        campaign
-            .fresh_point(setting)?
-            .as_ref()
-            .map(trial)
-            .transpose()
+        let point = campaign.fresh_point(setting)?;
+        point.map(|point| campaign.trial(&point)).transpose()
     };
     let Some(chosen) = search::confirm(&best.setting, budget_ms, &mut try_afresh)? else {
         return Ok(None);
@@ -247,12 +238,34 @@ fn choose(
     campaign.point(&chosen.setting)
 }
 
-fn trial(point: &Point) -> Result<Trial, CostError> {
-    Ok(Trial {
-        setting: Setting::of(point)?,
-        ms: point.frame_ms(),
-        error: point.relmse(),
-    })
+/// The best points of the two most promising techniques, with what can be varied from there. The one with less to vary comes first: what
+/// it leaves of its time goes to the other.
+fn starts(
+    campaign: &Campaign<'_>,
+    judge: &Judge,
+    budget_ms: f64,
+) -> Result<Vec<(Trial, Vec<Ladder>)>, CostError> {
+    /// Techniques that are searched.
+    const PROMISING: usize = 2;
+    let mut starts: Vec<Trial> = Vec::new();
+    for technique in fit::techniques(campaign.points()) {
+        let own = campaign.points().iter();
+        let own = own.filter(|point| point.technique == technique);
+        let trials = own.map(|point| campaign.trial(point));
+        let trials = trials.collect::<Result<Vec<_>, _>>()?;
+        starts.extend(search::best(trials, budget_ms));
+    }
+    starts.sort_by(|a, b| search::compare(a, b, budget_ms));
+    starts.truncate(PROMISING);
+    let mut starts: Vec<(Trial, Vec<Ladder>)> = starts
+        .into_iter()
+        .map(|start| {
+            let ladders = Ladder::all(start.setting.technique, judge.size());
+            (start, ladders)
+        })
+        .collect();
+    starts.sort_by_key(|(_, ladders)| ladders.len());
+    Ok(starts)
 }
 
 /// A setting in the few words that fit behind a bar.

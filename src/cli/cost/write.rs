@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::super::{CliError, CliResult, Globals};
+use super::page;
 use crate::cost::judge::Judge;
 use crate::cost::setting::Setting;
 use crate::cost::store::Store;
@@ -15,7 +16,7 @@ pub(super) fn all(outcome: &Outcome, store: &Store, judge: &Judge, folder: &Path
     if let Some(budget) = &outcome.budget {
         best(outcome, budget, folder)?;
     }
-    let _ = (store, judge);
+    page::of(outcome, store, judge)?.write(&folder.join("report.html"))?;
     Ok(())
 }
 
