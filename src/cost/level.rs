@@ -10,7 +10,7 @@ use super::setting::Setting;
 /// How near to the level a point must come.
 const TOLERANCE: f64 = 0.05;
 /// Settings that are tried for one technique and level.
-const MAX_TRIALS: usize = 7;
+const MAX_TRIALS: usize = 6;
 /// Passes beyond which no frame is tried.
 const MAX_PASSES: u32 = 64;
 
@@ -115,8 +115,12 @@ pub fn approach(
             return Ok(false);
         };
         let gained = (goal.value(&point) / goal.value(&here)).ln().abs();
+        if gained < TOLERANCE && !goal.falls_with_effort() {
+            // What is left of the time is not spent on paths.
+            break;
+        }
         // More paths no longer change the error: what is left is blur, and only passes, with smaller radii, take it away.
-        by_passes |= goal.falls_with_effort() && !goal.is_met(&point) && gained < TOLERANCE;
+        by_passes |= !goal.is_met(&point) && gained < TOLERANCE;
         (setting, here) = (next, point);
     }
     Ok(true)

@@ -5,8 +5,9 @@
 //! 2. [`reference`](mod@reference) is the truth; [`judge`] measures frames against it, after [`resample`] has brought them to its size.
 //! 3. [`measure`] runs one setting: warm-up, timed frames, errors. The result is a [`point::Point`].
 //! 4. [`store`] keeps points on disk, so that none is measured twice; [`campaign`] is the run over many settings.
-//! 5. [`search`] looks for the best setting of a frame budget, [`level`] for equal errors and equal times.
-//! 6. [`fit`] finds the front and its power law, [`sentences`] says what follows in words, [`table`] writes both for machines.
+//! 5. [`search`] looks for the best setting of a frame budget, on the knobs of [`ladder`]; [`level`] for equal errors and equal times.
+//! 6. [`fit`] finds the front and its power law, [`limit`] what stops a technique; [`sentences`] says both in words, [`table`] writes all
+//!    of it for machines.
 //!
 //! An error is a mean over independent frames; it is split into the error of their mean (bias: more photons don't help) and the rest
 //! (variance: more photons do).
@@ -14,7 +15,9 @@
 pub mod campaign;
 pub mod fit;
 pub mod judge;
+pub mod ladder;
 pub mod level;
+pub mod limit;
 pub mod measure;
 pub mod plan;
 pub mod point;

@@ -1,14 +1,14 @@
 //! The best setting of a frame budget.
 //!
-//! From a start, each knob is tried one step up and one step down its ladder. Times and errors multiply nearly independently, so these
+//! A start that is too slow is first scaled down, all knobs together. From there each knob is tried one step up and one step down its ladder. Times and errors multiply nearly independently, so these
 //! trials are a model of all combinations of steps: the best one by the model that meets the budget is measured, and the search goes on
 //! from there until nothing gets better. Last the setting is measured afresh, and paths are added or taken until it fills the budget.
 
 use std::cmp::Ordering;
 
 use super::CostError;
-use super::setting::{Setting, reads};
-use crate::image::ImageSize;
+use super::ladder::{Ladder, scaled_down};
+use super::setting::Setting;
 
 /// The least share of the budget that a chosen setting should use, if its knobs allow it.
 pub const FILL_MIN: f64 = 0.85;
@@ -16,6 +16,8 @@ pub const FILL_MIN: f64 = 0.85;
 const FILL_AIM: f64 = 0.93;
 /// An error that is not smaller by this factor is not better: errors scatter too.
 const BETTER: f64 = 0.98;
+/// How far a start that is too slow is scaled down, one after the other until it meets the budget.
+const SCALES: [f64; 5] = [0.8, 0.6, 0.4, 0.2, 0.0];
 /// Rounds of the search, each from a better setting.
 const MAX_ROUNDS: usize = 6;
 /// Fresh measurements at the end.
@@ -34,81 +36,6 @@ pub struct Trial {
 
 /// Tries a setting; `None` if it was interrupted.
 pub type Try<'t> = dyn FnMut(&Setting) -> Result<Option<Trial>, CostError> + 't;
-
-/// The values that a knob is tried at, in the order in which they cost more.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ladder {
-    key: &'static str,
-    values: Vec<String>,
-}
-
-impl Ladder {
-    /// The ladders that a technique can climb; pictures grow to the size of the reference.
-    pub fn all(technique: &str, reference: ImageSize) -> Vec<Self> {
-        let doubling = |from: u32, to: u32| -> Vec<String> {
-            let values = std::iter::successors(Some(from), |value| value.checked_mul(2));
-            let values = values.take_while(|value| *value <= to);
-            values.map(|value| value.to_string()).collect()
-        };
-        let texts = |values: &[u32]| values.iter().map(u32::to_string).collect();
-        let ladders = [
-            ("size", sizes(reference)),
-            ("photon.count", doubling(125, 64_000_000)),
-            ("path.samples", doubling(1, 65_536)),
-            ("gather.photons_per_estimate", doubling(5, 320)),
-            ("gather.coverage_rays", texts(&[0, 4, 8, 12])),
-            ("direct.shadow_rays", doubling(1, 16)),
-            ("fovea.samples", doubling(1, 16)),
-            ("fovea.transition_samples", doubling(1, 4)),
-            ("photon.depth_max", texts(&[3, 6, 12, 32])),
-        ];
-        ladders
-            .into_iter()
-            .filter(|(key, _)| reads(technique, key))
-            .map(|(key, values)| Self { key, values })
-            .collect()
-    }
-
-    /// The setting one step up (+1) or down (-1) from its nearest place on the ladder; `None` at the end.
-    fn step(&self, setting: &Setting, direction: isize) -> Option<Setting> {
-        let here = magnitude(&setting.get(self.key)?);
-        let place = |value: &String| magnitude(value);
-        let next = match direction {
-            1 => self.values.iter().find(|value| place(value) > here * 1.01),
-            _ => self
-                .values
-                .iter()
-                .rev()
-                .find(|value| place(value) < here * 0.99),
-        }?;
-        let mut setting = setting.clone();
-        setting.set(self.key, next).ok()?;
-        Some(setting)
-    }
-}
-
-/// Sizes up to the reference's, in steps that the eye can tell.
-fn sizes(reference: ImageSize) -> Vec<String> {
-    let shares = [0.125, 0.1875, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
-    let side = |share: f64, side: u32| ((share * f64::from(side)).round() as u32).max(1);
-    let mut sizes: Vec<String> = shares
-        .iter()
-        .map(|share| ImageSize {
-            width: side(*share, reference.width),
-            height: side(*share, reference.height),
-        })
-        .map(|size| size.to_string())
-        .collect();
-    sizes.dedup();
-    sizes
-}
-
-/// How far up a ladder a value stands: the number, or the pixels of a size.
-fn magnitude(value: &str) -> f64 {
-    let size = value.parse::<ImageSize>();
-    let pixels = size.map(|size| f64::from(size.width) * f64::from(size.height));
-    pixels.unwrap_or_else(|_| value.parse().unwrap_or(0.0))
-}
 
 /// Which of two trials is the better one within a budget: the smaller error of those that meet it, else the faster.
 fn is_better(candidate: &Trial, than: &Trial, limit_ms: f64) -> bool {
@@ -130,6 +57,11 @@ pub fn compare(a: &Trial, b: &Trial, budget_ms: f64) -> Ordering {
     a_class.cmp(&b_class).then(a.total_cmp(&b))
 }
 
+/// The error that a trial would have at the budget if error falls with time as noise does: what a technique promises.
+pub fn promise(trial: &Trial, budget_ms: f64) -> f64 {
+    trial.error * (trial.ms / budget_ms).max(1.0)
+}
+
 /// The best of some trials within a budget.
 pub fn best(trials: impl IntoIterator<Item = Trial>, budget_ms: f64) -> Option<Trial> {
     let trials = trials.into_iter();
@@ -148,7 +80,18 @@ pub fn descend(
     is_over: &dyn Fn() -> bool,
 ) -> Result<Option<Trial>, CostError> {
     let limit_ms = FILL_AIM * budget_ms;
-    let mut current = start;
+    let mut current = start.clone();
+    for share in SCALES {
+        if current.ms <= limit_ms || is_over() {
+            break;
+        }
+        let Some(trial) = try_it(&scaled_down(&start.setting, ladders, share))? else {
+            return Ok(None);
+        };
+        if is_better(&trial, &current, limit_ms) {
+            current = trial;
+        }
+    }
     for _ in 0..MAX_ROUNDS {
         let mut found = current.clone();
         let mut model = Vec::with_capacity(ladders.len());
@@ -381,6 +324,21 @@ mod tests {
     }
 
     #[test]
+    fn a_start_far_beyond_the_budget_is_scaled_down_first() {
+        let mut tried = Vec::new();
+        let mut try_it = |setting: &Setting| {
+            tried.push(machine(setting).ms);
+            Ok(Some(machine(setting)))
+        };
+        let start = machine(&setting());
+        assert!(start.ms > 200.0);
+        let found = descend(start, &ladders(), 20.0, &mut try_it, &|| false).unwrap();
+        assert!(found.unwrap().ms <= 20.0);
+        let needed = tried.iter().position(|ms| *ms <= 20.0).unwrap();
+        assert!(needed < SCALES.len(), "{tried:?}");
+    }
+
+    #[test]
     fn an_interrupted_search_chooses_nothing() {
         let mut left = 3;
         let mut try_it = |setting: &Setting| {
@@ -390,22 +348,5 @@ mod tests {
         let start = machine(&setting());
         let found = descend(start, &ladders(), 50.0, &mut try_it, &|| false).unwrap();
         assert_eq!(found, None);
-    }
-
-    #[test]
-    fn a_ladder_ends_at_both_ends_and_skips_nothing_between() {
-        let ladders = ladders();
-        let shadow = ladders
-            .iter()
-            .find(|l| l.key == "direct.shadow_rays")
-            .unwrap();
-        let mut here = setting();
-        here.set("direct.shadow_rays", "3").unwrap();
-        let rays = |setting: Option<Setting>| setting.map(|s| s.params.direct.shadow_rays);
-        assert_eq!(rays(shadow.step(&here, 1)), Some(4));
-        assert_eq!(rays(shadow.step(&here, -1)), Some(2));
-        here.set("direct.shadow_rays", "16").unwrap();
-        assert_eq!(rays(shadow.step(&here, 1)), None);
-        assert!(Ladder::all("path", "64x64".parse().unwrap()).len() == 2);
     }
 }

@@ -15,11 +15,12 @@ use super::super::{CliError, CliResult, Globals};
 use super::{Args, bench, prepare, write};
 use crate::cost::campaign::{Campaign, Findings};
 use crate::cost::judge::Judge;
+use crate::cost::ladder::Ladder;
 use crate::cost::level::{self, Goal};
 use crate::cost::measure::Bench;
 use crate::cost::point::Point;
 use crate::cost::reference::Origin;
-use crate::cost::search::{self, Ladder, Trial};
+use crate::cost::search::{self, Trial};
 use crate::cost::setting::Setting;
 use crate::cost::store::{Store, Study};
 use crate::cost::table::{self, Budget, Comparison, Machine, Outcome};
@@ -198,7 +199,10 @@ fn search_on(
     Ok((budget, comparisons.collect()))
 }
 
-/// The best setting for a frame time: from the best points of the two most promising techniques, within the time. `None` if it was
+/// The most promising techniques are searched; so much of the time is over when each has had its share.
+const SHARES: [f64; 2] = [0.65, 1.0];
+
+/// The best setting for a frame time: from the best points of the most promising techniques, within the time. `None` if it was
 /// interrupted.
 fn choose(
     campaign: &mut Campaign<'_>,
@@ -208,12 +212,12 @@ fn choose(
     progress: &RefCell<Progress>,
 ) -> Result<Option<Point>, CostError> {
     let started = Instant::now();
-    let starts = starts(campaign, judge, budget_ms)?;
-    let share = 1.0 / starts.len().max(1) as f64;
+    let starts = starts(campaign, budget_ms)?;
     let mut found: Vec<Trial> = Vec::new();
-    for (place, (start, ladders)) in starts.into_iter().enumerate() {
-        let end = limit.mul_f64(share * (place + 1) as f64);
+    for (place, start) in starts.into_iter().enumerate() {
+        let end = limit.mul_f64(SHARES[place]);
         let is_over = || started.elapsed() > end;
+        let ladders = Ladder::all(start.setting.technique, judge.size());
         let mut try_it = |setting: &Setting| {
             progress.borrow().advance(1);
             let point = campaign.point(setting)?;
@@ -238,33 +242,19 @@ fn choose(
     campaign.point(&chosen.setting)
 }
 
-/// The best points of the two most promising techniques, with what can be varied from there. The one with less to vary comes first: what
-/// it leaves of its time goes to the other.
-fn starts(
-    campaign: &Campaign<'_>,
-    judge: &Judge,
-    budget_ms: f64,
-) -> Result<Vec<(Trial, Vec<Ladder>)>, CostError> {
-    /// Techniques that are searched.
-    const PROMISING: usize = 2;
+/// The most promising point of each technique, of the most promising techniques.
+fn starts(campaign: &Campaign<'_>, budget_ms: f64) -> Result<Vec<Trial>, CostError> {
+    let promise = |trial: &Trial| search::promise(trial, budget_ms);
     let mut starts: Vec<Trial> = Vec::new();
     for technique in fit::techniques(campaign.points()) {
         let own = campaign.points().iter();
         let own = own.filter(|point| point.technique == technique);
         let trials = own.map(|point| campaign.trial(point));
-        let trials = trials.collect::<Result<Vec<_>, _>>()?;
-        starts.extend(search::best(trials, budget_ms));
+        let trials = trials.collect::<Result<Vec<_>, _>>()?.into_iter();
+        starts.extend(trials.min_by(|a, b| promise(a).total_cmp(&promise(b))));
     }
-    starts.sort_by(|a, b| search::compare(a, b, budget_ms));
-    starts.truncate(PROMISING);
-    let mut starts: Vec<(Trial, Vec<Ladder>)> = starts
-        .into_iter()
-        .map(|start| {
-            let ladders = Ladder::all(start.setting.technique, judge.size());
-            (start, ladders)
-        })
-        .collect();
-    starts.sort_by_key(|(_, ladders)| ladders.len());
+    starts.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
+    starts.truncate(SHARES.len());
     Ok(starts)
 }
 
