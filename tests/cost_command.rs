@@ -293,19 +293,24 @@ fn techniques_are_brought_to_one_error_and_to_one_time() {
     let home = tempfile::tempdir().unwrap();
     let out = home.path().join("out");
     let sweep = "--sweep technique=pm-direct,path --sweep photons=200,800";
-    let done = cost(
-        &out,
-        &format!("{sweep} --equal-error 0.3 --equal-time 2000"),
-    );
+    let done = cost(&out, &format!("{sweep} --equal-error 0.3 --equal-time 100"));
     assert_eq!(done.code, Some(0), "{}", done.complaint);
     let comparisons = &done.json()["comparisons"];
     assert!((comparisons[0]["relmse"].as_f64().unwrap() - 0.3).abs() < 1e-9);
-    assert_eq!(comparisons[1]["frame_ms"], 2000.0);
+    assert_eq!(comparisons[1]["frame_ms"], 100.0);
     for comparison in comparisons.as_array().unwrap() {
         let levels = comparison["levels"].as_array().unwrap();
         assert_eq!(levels.len(), 2);
-        let ratios = levels.iter().filter_map(|level| level["ratio"].as_f64());
-        assert_eq!(ratios.fold(f64::INFINITY, f64::min), 1.0, "{comparison}");
+        // A slow machine may reach a level with one technique only, or with none: then that is told.
+        let ratios: Vec<f64> = levels
+            .iter()
+            .filter_map(|level| level["ratio"].as_f64())
+            .collect();
+        let least = ratios.iter().copied().reduce(f64::min);
+        assert!(least.is_none_or(|least| least == 1.0), "{comparison}");
+        for level in levels {
+            assert_eq!(level["ratio"].is_null(), level["point"].is_null());
+        }
     }
 }
 

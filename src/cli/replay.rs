@@ -1,6 +1,5 @@
 //! `macula replay`: a recorded session in a scene, frame by frame through OpenXR, with pictures and a report.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -15,8 +14,6 @@ use super::run_record::RunRecord;
 use super::{CliError, CliResult, Globals};
 use crate::frame::FrameRenderer;
 use crate::gaze::Session;
-use crate::gpu::GpuDevice;
-use crate::params::Params;
 use crate::scene::Scene;
 use crate::scene::bvh::SceneCaster;
 use crate::session;
@@ -117,7 +114,7 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     let mut app = connect(&args, size, globals)?;
     let gpu = Arc::clone(app.gpu());
     let headset = app.headset().clone();
-    describe(&mut record, &args, &params, &gpu, &scene);
+    record.describe(&params, &gpu, &scene, &args.scene);
     record.runtime = Some(format!(
         "{} {}",
         headset.runtime_name, headset.runtime_version
@@ -286,17 +283,6 @@ fn heading(args: &Args, technique: &str, recording: &Session, scene: &Scene) -> 
             },
         ],
     }
-}
-
-fn describe(record: &mut RunRecord, args: &Args, params: &Params, gpu: &GpuDevice, scene: &Scene) {
-    record.git_commit = option_env!("MACULA_GIT_COMMIT").map(str::to_owned);
-    record.parameters = serde_json::json!(params.values().into_iter().collect::<BTreeMap<_, _>>());
-    record.parameters_sha256 = Some(params.sha256());
-    record.seed = Some(u64::from(params.random.seed));
-    record.device = Some(gpu.info.name.clone());
-    record.driver = Some(format!("{} {}", gpu.info.driver, gpu.info.driver_info));
-    record.scene = Some(args.scene.clone());
-    record.scene_sha256 = Some(scene.content_sha256.clone());
 }
 
 fn tell(

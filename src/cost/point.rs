@@ -131,7 +131,8 @@ impl Point {
         let mut words = vec![self.technique.clone(), self.size.to_string()];
         words.push(match self.photons {
             Some(photons) => format!("{} photons", grouped(photons)),
-            None => format!("{} paths a pixel", self.effort),
+            None if self.effort == 1 => "1 path a pixel".into(),
+            None => format!("{} paths a pixel", grouped(self.effort)),
         });
         if self.passes > 1 {
             words.push(format!("{} passes", self.passes));

@@ -1,7 +1,6 @@
 //! The measuring of `macula cost`: the sweep, then the searches.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -47,11 +46,13 @@ pub(super) fn run(
     })?;
     let interrupted = interrupt_flag()?;
     let gpu = common::headless_device(globals)?;
-    describe(&mut record, args, base, &gpu, &scene);
+    record.describe(&base.params, &gpu, &scene, &args.scene);
     let loaded = LoadedScene::new(&gpu, scene)?;
     record.warnings.extend(loaded.scene.warnings.clone());
 
     let angles_rad = prepare::angles_rad(base, &study, &camera, gaze)?;
+    let device = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
+    let store = Store::open(output.path(), study.clone(), device)?;
     let started = Instant::now();
     let reference = prepare::reference(
         args,
@@ -63,17 +64,14 @@ pub(super) fn run(
         interrupted,
     )?;
     let Some(reference) = reference else {
-        drop(output);
-        return Err(CliError::new(
-            "stopped before the reference was done; nothing is kept",
-        ));
+        output.keep_partial(&record)?;
+        let message = "stopped before the reference was done: the same command starts it anew";
+        return Err(CliError::new(message));
     };
     let timed = started.elapsed().as_secs_f64();
     record.timings_s.insert("reference".into(), timed);
     let origin = reference.origin.clone();
     let judge = Judge::new(reference, &angles_rad, prepare::limits(base))?;
-    let device = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
-    let store = Store::open(output.path(), study.clone(), device)?;
     let bench = bench(&gpu, &loaded, &camera, gaze, args, interrupted);
 
     let measuring = Instant::now();
@@ -91,10 +89,9 @@ pub(super) fn run(
     );
     record.warnings.extend(outcome.warnings.clone());
     if outcome.points.is_empty() {
-        let kept = output.keep_partial(&record)?.is_some();
-        let reference = if kept { "; the reference is kept" } else { "" };
+        output.keep_partial(&record)?;
         let message =
-            format!("stopped before the first point{reference}: the same command goes on");
+            "stopped before the first point; the reference is kept: the same command goes on";
         return Err(CliError::new(message));
     }
     write::all(&outcome, &store, &judge, output.path())?;
@@ -290,7 +287,7 @@ fn outcome(
     }
     said.extend(sentences::of_points(&points));
     for comparison in &found.comparisons {
-        said.extend(sentences::of_levels(comparison.goal, &comparison.levels));
+        said.push(sentences::of_levels(comparison.goal, &comparison.levels));
     }
     said.extend(sentences::of_noise(&points, &drift));
     let mut warnings: Vec<String> = Vec::new();
@@ -335,16 +332,4 @@ fn machine(gpu: &GpuDevice) -> Machine {
         threads: std::thread::available_parallelism().map_or(1, usize::from),
         system: format!("{} on {}", std::env::consts::OS, std::env::consts::ARCH),
     }
-}
-
-fn describe(record: &mut RunRecord, args: &Args, base: &Setting, gpu: &GpuDevice, scene: &Scene) {
-    let values: BTreeMap<_, _> = base.params.values().into_iter().collect();
-    record.git_commit = option_env!("MACULA_GIT_COMMIT").map(str::to_owned);
-    record.parameters = serde_json::json!(values);
-    record.parameters_sha256 = Some(base.params.sha256());
-    record.seed = Some(u64::from(base.params.random.seed));
-    record.device = Some(gpu.info.name.clone());
-    record.driver = Some(format!("{} {}", gpu.info.driver, gpu.info.driver_info));
-    record.scene = Some(args.scene.clone());
-    record.scene_sha256 = Some(scene.content_sha256.clone());
 }

@@ -89,12 +89,12 @@
     const x = (ms) => LEFT + (Math.log(ms / t0) / Math.log(t1 / t0)) * (width - LEFT - RIGHT);
     const y = (error) => HEIGHT - BOTTOM - (Math.log(error / e0) / Math.log(e1 / e0)) * (HEIGHT - TOP - BOTTOM);
 
-    const ticks = (low, high) => (high / low > 300 ? roundValues(low, high, [1]) : roundValues(low, high));
-    for (const ms of ticks(t0, t1)) {
+    const ticks = (low, high, most) => (high / low > most ? roundValues(low, high, [1]) : roundValues(low, high));
+    for (const ms of ticks(t0, t1, 3000)) {
       chart.append(draw("path", { class: "grid", d: `M${x(ms)} ${TOP}V${HEIGHT - BOTTOM}` }));
       chart.append(draw("text", { x: x(ms), y: HEIGHT - BOTTOM + 17, "text-anchor": "middle" }, number(ms)));
     }
-    for (const error of ticks(e0, e1)) {
+    for (const error of ticks(e0, e1, 300)) {
       chart.append(draw("path", { class: "grid", d: `M${LEFT} ${y(error)}H${width - RIGHT}` }));
       chart.append(draw("text", { x: LEFT - 8, y: y(error) + 4, "text-anchor": "end" }, number(error)));
     }
