@@ -151,6 +151,25 @@ fn points_of_another_study_and_folders_of_others_are_refused() {
     );
 }
 
+#[test]
+fn a_setting_that_no_device_holds_is_named_and_the_points_before_it_are_kept() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    let broken = cost(&out, "--sweep photons=100,64000000");
+    assert_eq!(broken.code, Some(1), "{}", broken.complaint);
+    let error = broken.errors()[0];
+    assert!(
+        error.contains("64000000") && error.contains("leave it out"),
+        "{error}"
+    );
+    assert!(
+        broken.complaint.contains("caused by"),
+        "{}",
+        broken.complaint
+    );
+    assert_eq!(cost(&out, "--sweep photons=100").json()["reused"], 1);
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_what_is_measured_and_the_same_command_goes_on() {

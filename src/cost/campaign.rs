@@ -110,7 +110,12 @@ impl<'a> Campaign<'a> {
             self.time_anchor()?;
         }
         let setting = setting.clone().normalised();
-        let Some(measured) = self.bench.measure(&setting, self.judge)? else {
+        let measured = self.bench.measure(&setting, self.judge);
+        let Some(measured) = measured.map_err(|source| CostError::Point {
+            setting: setting.words(),
+            source: Box::new(source),
+        })?
+        else {
             return Ok(None);
         };
         let point = Point {

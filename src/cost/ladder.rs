@@ -66,7 +66,7 @@ pub fn scaled_down(setting: &Setting, ladders: &[Ladder], share: f64) -> Setting
             .values
             .iter()
             .rposition(|value| magnitude(value) <= here);
-        let place = (share * place.unwrap_or(0) as f64).round() as usize;
+        let place = (share * place.unwrap_or(0) as f64).floor() as usize;
         // A rung of its own ladder is a value that the knob can have.
         if magnitude(&ladder.values[place]) < here {
             let _ = scaled.set(ladder.key, &ladder.values[place]);

@@ -88,6 +88,16 @@ pub enum CostError {
         "no pixel of the picture lies in the fovea: choose a --gaze within the picture, or a larger fovea.radius_deg"
     )]
     NoFovea,
+    /// One setting could not be measured.
+    #[error(
+        "cannot measure {setting}; leave it out of the sweep, the points measured so far are kept"
+    )]
+    Point {
+        /// The setting in a few words.
+        setting: String,
+        /// Why.
+        source: Box<CostError>,
+    },
     /// Stored points could not be read or written.
     #[error("cannot {action} {}", path.display())]
     Store {

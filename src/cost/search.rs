@@ -1,8 +1,9 @@
 //! The best setting of a frame budget.
 //!
-//! A start that is too slow is first scaled down, all knobs together. From there each knob is tried one step up and one step down its ladder. Times and errors multiply nearly independently, so these
-//! trials are a model of all combinations of steps: the best one by the model that meets the budget is measured, and the search goes on
-//! from there until nothing gets better. Last the setting is measured afresh, and paths are added or taken until it fills the budget.
+//! A start that is too slow is first scaled down, all knobs together. From there each knob is tried one step up and one step down its
+//! ladder. Times and errors multiply nearly independently, so these trials are a model of all combinations of steps: the best one by the
+//! model that meets the budget is measured, and the search goes on from there until nothing gets better. Last the setting is measured
+//! afresh, and paths are added or taken until it fills the budget.
 
 use std::cmp::Ordering;
 
@@ -21,7 +22,9 @@ const SCALES: [f64; 5] = [0.8, 0.6, 0.4, 0.2, 0.0];
 /// Rounds of the search, each from a better setting.
 const MAX_ROUNDS: usize = 6;
 /// Fresh measurements at the end.
-const MAX_CONFIRMATIONS: usize = 6;
+const MAX_CONFIRMATIONS: usize = 8;
+/// How far a setting is scaled down that turns out too slow whatever its paths.
+const CONFIRMATION_SCALE: f64 = 0.85;
 
 /// A setting that was tried.
 #[derive(Clone, Debug, PartialEq)]
@@ -187,12 +190,14 @@ fn combine(
 }
 
 /// Measures a setting afresh and fills the budget with paths, or takes some away, until its median lies within the budget and uses
-/// [`FILL_MIN`] of it; more paths are kept only if the error does not grow. Returns the one to take, or `None` if it was interrupted.
+/// [`FILL_MIN`] of it; more paths are kept only if the error does not grow, and where fewer do not help, all knobs come down. Returns the
+/// one to take, or `None` if it was interrupted.
 ///
 /// # Errors
 /// Those of `try_afresh`.
 pub fn confirm(
     setting: &Setting,
+    ladders: &[Ladder],
     budget_ms: f64,
     try_afresh: &mut Try<'_>,
 ) -> Result<Option<Trial>, CostError> {
@@ -210,18 +215,25 @@ pub fn confirm(
         if is_filled || does_not_pay {
             break;
         }
-        match next_effort(&trials, budget_ms) {
-            Some(effort) => {
-                let key = setting.effort_key();
-                // Beyond the knob's range there is nothing to try.
-                if setting.set(key, &effort.to_string()).is_err() {
-                    break;
-                }
-            }
+        let slow = trials.iter().rev().take_while(|trial| trial.ms > budget_ms);
+        let next = match (slow.count(), next_effort(&trials, budget_ms)) {
+            (0 | 1, Some(effort)) => with_effort(&setting, effort),
+            (0, None) => None,
+            _ => Some(scaled_down(&setting, ladders, CONFIRMATION_SCALE)),
+        };
+        match next.filter(|next| *next != setting) {
+            Some(next) => setting = next,
             None => break,
         }
     }
     Ok(best(trials, budget_ms))
+}
+
+/// The setting with so many paths; `None` beyond the knob's range.
+fn with_effort(setting: &Setting, effort: u32) -> Option<Setting> {
+    let mut setting = setting.clone();
+    let set = setting.set(setting.effort_key(), &effort.to_string());
+    set.is_ok().then_some(setting)
 }
 
 /// The paths that should take the time aimed at, from the last trial and how time grew with paths between the last two.
@@ -271,7 +283,7 @@ mod tests {
         let start = machine(&setting());
         let found = descend(start, &ladders(), budget_ms, &mut try_it, &|| false);
         let found = found.unwrap().unwrap();
-        confirm(&found.setting, budget_ms, &mut try_it)
+        confirm(&found.setting, &ladders(), budget_ms, &mut try_it)
             .unwrap()
             .unwrap()
     }
@@ -319,8 +331,26 @@ mod tests {
         };
         let mut start = setting();
         start.params.photon.count = 5000;
-        let found = confirm(&start, 50.0, &mut try_it).unwrap().unwrap();
+        let found = confirm(&start, &ladders(), 50.0, &mut try_it)
+            .unwrap()
+            .unwrap();
         assert_eq!(found.setting.params.photon.count, 5000);
+    }
+
+    #[test]
+    fn a_setting_that_fewer_paths_do_not_make_fast_enough_is_scaled_down() {
+        // All time goes into pixels.
+        let mut try_it = |setting: &Setting| {
+            let pixels = f64::from(setting.size.width * setting.size.height);
+            Ok(Some(Trial {
+                setting: setting.clone(),
+                ms: pixels / 50.0,
+                error: 1.0 / pixels,
+            }))
+        };
+        assert!(try_it(&setting()).unwrap().unwrap().ms > 80.0);
+        let found = confirm(&setting(), &ladders(), 50.0, &mut try_it).unwrap();
+        assert!(found.unwrap().ms <= 50.0);
     }
 
     #[test]

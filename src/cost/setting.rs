@@ -118,6 +118,12 @@ impl Setting {
             .collect()
     }
 
+    /// The setting in the few words that fit behind a bar.
+    pub fn words(&self) -> String {
+        let (technique, size, effort) = (self.technique, self.size, self.effort());
+        format!("{technique} {size} {effort}")
+    }
+
     /// The key that buys accuracy for time without a bend: how many paths a frame traces.
     pub fn effort_key(&self) -> &'static str {
         effort_key(self.technique)

@@ -1,5 +1,5 @@
-//! `macula cost`: what accuracy costs in time. Here are its options and the check of a budget; [`prepare`] makes what is measured with,
-//! [`weigh`] measures, [`write`](mod@write) leaves the results.
+//! `macula cost`: what accuracy costs in time. Here are its options and the check of a budget; `prepare` makes what is measured with,
+//! `weigh` measures, `write` leaves the results.
 
 mod page;
 mod prepare;

@@ -128,7 +128,7 @@ fn measure(
     let Some(anchor) = settings.first() else {
         return Err(CliError::new("the sweep holds no point"));
     };
-    let mut tell = |setting: &Setting| progress.borrow().set_message(words(setting));
+    let mut tell = |setting: &Setting| progress.borrow().set_message(setting.words());
     let mut campaign = Campaign::new(bench, judge, store, anchor.clone(), &mut tell);
     let mut found = (None, Vec::new());
     let mut is_whole = true;
@@ -228,12 +228,13 @@ fn choose(
     let Some(best) = search::best(found, budget_ms) else {
         return Ok(None);
     };
+    let ladders = Ladder::all(best.setting.technique, judge.size());
     let mut try_afresh = |setting: &Setting| {
         progress.borrow().advance(1);
         let point = campaign.fresh_point(setting)?;
         point.map(|point| campaign.trial(&point)).transpose()
     };
-    let Some(chosen) = search::confirm(&best.setting, budget_ms, &mut try_afresh)? else {
+    let Some(chosen) = search::confirm(&best.setting, &ladders, budget_ms, &mut try_afresh)? else {
         return Ok(None);
     };
     campaign.point(&chosen.setting)
@@ -253,16 +254,6 @@ fn starts(campaign: &Campaign<'_>, budget_ms: f64) -> Result<Vec<Trial>, CostErr
     starts.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
     starts.truncate(SHARES.len());
     Ok(starts)
-}
-
-/// A setting in the few words that fit behind a bar.
-fn words(setting: &Setting) -> String {
-    format!(
-        "{} {} {}",
-        setting.technique,
-        setting.size,
-        setting.effort()
-    )
 }
 
 fn outcome(
