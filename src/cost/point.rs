@@ -142,7 +142,12 @@ impl Point {
             .changed
             .iter()
             .filter(|(key, _)| !said.contains(&key.as_str()));
-        words.extend(others.map(|(key, value)| format!("{key} {value}")));
+        let name = |key: &str| {
+            key.rsplit('.')
+                .next()
+                .map_or(String::new(), |name| name.replace('_', " "))
+        };
+        words.extend(others.map(|(key, value)| format!("{} {value}", name(key))));
         words.join(", ")
     }
 }
