@@ -20,6 +20,7 @@
 //! conventions, and the reasons for what was decided.
 
 pub mod cli;
+pub mod cost;
 pub mod effect_cost;
 pub mod fovea;
 pub mod frame;

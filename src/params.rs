@@ -290,9 +290,14 @@ knobs! {
 
 fn nearest_key(key: &str) -> Option<&'static str> {
     let known = Params::default().values();
-    known
-        .iter()
-        .map(|(candidate, _)| (edit_distance(key, candidate), *candidate))
+    nearest(key, known.into_iter().map(|(candidate, _)| candidate))
+}
+
+/// The candidate that a mistyped key most likely means, if one is similar.
+pub fn nearest<'a>(key: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    candidates
+        .into_iter()
+        .map(|candidate| (edit_distance(key, candidate), candidate))
         .min()
         .filter(|(distance, candidate)| *distance <= 3 || candidate.ends_with(&format!(".{key}")))
         .map(|(_, candidate)| candidate)
@@ -335,6 +340,14 @@ impl Params {
         let table: toml::Table = text
             .parse()
             .map_err(|error: toml::de::Error| ParamError::NotToml(error.to_string()))?;
+        self.set_table(table)
+    }
+
+    /// Reads the tables of a parameter file, one a room.
+    ///
+    /// # Errors
+    /// [`ParamError`] as for [`Params::set`].
+    pub fn set_table(&mut self, table: toml::Table) -> Result<(), ParamError> {
         for (room, entries) in table {
             let toml::Value::Table(entries) = entries else {
                 return Err(ParamError::UnknownKey {

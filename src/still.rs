@@ -25,7 +25,10 @@ pub struct Still<'a> {
     eye: EyeSettings,
     image: EyeImage,
     timer: PassTimer,
+    /// Passes in the picture.
     passes: u32,
+    /// Passes since the start: another one gives other random numbers.
+    frame: u32,
 }
 
 impl<'a> Still<'a> {
@@ -79,6 +82,7 @@ impl<'a> Still<'a> {
             image: EyeImage::new(gpu, size.0, size.1)?,
             timer: PassTimer::new(gpu),
             passes: 0,
+            frame: 0,
         })
     }
 
@@ -92,19 +96,25 @@ impl<'a> Still<'a> {
             self.image.clear(recorder.encoder());
         }
         let frame = FrameSettings {
-            frame: self.passes,
+            frame: self.frame,
             pass: self.passes,
             pose: &self.pose,
         };
         self.technique.prepare(&mut recorder, &frame)?;
         let eye = EyeSettings {
-            frame: self.passes,
+            frame: self.frame,
             ..self.eye
         };
         self.technique.shade(&mut recorder, &eye, &self.image)?;
         let times = recorder.finish()?;
         self.passes += 1;
+        self.frame += 1;
         Ok(times)
+    }
+
+    /// Starts the picture anew, with random numbers that no pass has had: the next pass is the first of another, independent picture.
+    pub fn start_over(&mut self) {
+        self.passes = 0;
     }
 
     /// The mean over the passes so far.

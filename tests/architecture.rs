@@ -24,6 +24,20 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "cost",
+        &[
+            "gpu",
+            "image",
+            "metrics",
+            "oracle",
+            "params",
+            "scene",
+            "still",
+            "technique",
+            "view",
+        ],
+    ),
+    (
         "effect_cost",
         &["gather", "gpu", "params", "scene", "still", "technique"],
     ),

@@ -9,8 +9,8 @@ use std::path::Path;
 use program::{Run, asset, command, macula, run};
 use tempfile::TempDir;
 
-const COMMANDS: [&str; 8] = [
-    "demo", "replay", "render", "compare", "inspect", "session", "doctor", "help",
+const COMMANDS: [&str; 9] = [
+    "demo", "replay", "render", "compare", "cost", "inspect", "session", "doctor", "help",
 ];
 
 fn folder() -> TempDir {

@@ -6,7 +6,7 @@ mod chromium;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use chromium::{Visit, browser, screenshot, visit};
+use chromium::{browser, drive, result, screenshot, visit};
 use macula::report::{
     Effect, Eye, Fact, Frame, Outline, OutlinedRegion, Parameter, Picture, Report,
 };
@@ -177,36 +177,6 @@ fn make_report() -> Report {
         ],
         warnings: text(&["3 gaze samples have no valid direction and were skipped"]),
     }
-}
-
-/// Writes the report and a page beside it that loads it in a frame, runs `script` there (`page` is its document, `wait(ms)` waits), and
-/// shows what it returns.
-fn drive(folder: &Path, report: &Path, fragment: &str, script: &str) -> PathBuf {
-    let harness = folder.join("harness.html");
-    let html = format!(
-        r#"<!doctype html><title>harness</title><iframe src="{}{fragment}" width="1200" height="900"></iframe><pre id="result">nothing</pre>
-<script>
-const wait = (ms) => new Promise((done) => setTimeout(done, ms));
-document.querySelector("iframe").addEventListener("load", async () => {{
-  const window_ = document.querySelector("iframe").contentWindow, page = window_.document;
-  const result = await (async () => {{ {script} }})();
-  document.getElementById("result").textContent = JSON.stringify(result);
-}});
-</script>"#,
-        report.file_name().unwrap().to_str().unwrap()
-    );
-    std::fs::write(&harness, html).unwrap();
-    harness
-}
-
-fn result(visit: &Visit) -> serde_json::Value {
-    let (_, rest) = visit.document.split_once(r#"<pre id="result">"#).unwrap();
-    let (json, _) = rest.split_once("</pre>").unwrap();
-    let json = json
-        .replace("&amp;", "&")
-        .replace("&lt;", "<")
-        .replace("&gt;", ">");
-    serde_json::from_str(&json).unwrap_or_else(|_| panic!("{json}\n{:?}", visit.console))
 }
 
 /// What the page shows now.

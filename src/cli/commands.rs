@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use super::{CliResult, Globals, compare, demo, doctor, help, inspect, render, replay, session};
+use super::{
+    CliResult, Globals, compare, cost, demo, doctor, help, inspect, render, replay, session,
+};
 
 /// Real-time global illumination that follows the eye: replay recorded head and gaze sessions through OpenXR, lit by photon mapping.
 #[derive(Debug, Parser)]
@@ -28,6 +30,7 @@ enum Command {
     Replay(replay::Args),
     Render(render::Args),
     Compare(compare::Args),
+    Cost(cost::Args),
     Inspect(inspect::Args),
     Session(session::Args),
     Doctor(doctor::Args),
@@ -41,6 +44,7 @@ impl Command {
             Self::Replay(args) => replay::run(args, globals),
             Self::Render(args) => render::run(args, globals),
             Self::Compare(args) => compare::run(args, globals),
+            Self::Cost(args) => cost::run(args, globals),
             Self::Inspect(args) => inspect::run(args, globals),
             Self::Session(args) => session::run(args, globals),
             Self::Doctor(args) => doctor::run(args, globals),

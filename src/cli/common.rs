@@ -1,50 +1,40 @@
 //! What several subcommands do alike: parameters, device, scene, technique, sizes.
 
+use std::error::Error;
 use std::fs;
-use std::str::FromStr;
+use std::num::NonZeroU32;
+use std::path::Path;
 
+use serde::Deserialize;
+
+use super::compare::GazeAngles;
 use super::{CliError, Globals};
 use crate::gpu::{GpuDevice, GpuError, Headless};
+pub use crate::image::ImageSize;
 use crate::params::Params;
+use crate::scene::{Camera, Scene};
 use crate::technique::{self, TechniqueEntry};
 
-/// Pixels of a picture, as `WxH`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ImageSize {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-}
+/// The technique where nobody names one.
+pub const DEFAULT_TECHNIQUE: &str = "pm-direct";
+/// Pixels of a picture where nobody says how many.
+pub const DEFAULT_SIZE: ImageSize = ImageSize {
+    width: 512,
+    height: 512,
+};
 
-impl ImageSize {
-    /// Largest side: beyond it no headset and no camera goes, and a typing mistake would take all memory.
-    pub const MAX: u32 = 16_384;
-}
-
-impl FromStr for ImageSize {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let side = |part: &str| {
-            part.parse::<u32>()
-                .ok()
-                .filter(|side| (1..=Self::MAX).contains(side))
-        };
-        text.split_once(['x', 'X'])
-            .and_then(|(width, height)| {
-                Some(Self {
-                    width: side(width)?,
-                    height: side(height)?,
-                })
-            })
-            .ok_or_else(|| {
-                format!(
-                    "a size is WxH in pixels, each from 1 to {}, such as 640x480",
-                    Self::MAX
-                )
-            })
-    }
+/// The table `[run]` of a parameter file: what its frames are besides parameters. A flag of the command line wins over it.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunDefaults {
+    /// Name of the technique.
+    pub technique: Option<String>,
+    /// Pixels of a picture.
+    pub size: Option<ImageSize>,
+    /// Passes that a picture averages.
+    pub passes: Option<NonZeroU32>,
+    /// Where the eye looks, `AZ,EL` in degrees.
+    pub gaze: Option<GazeAngles>,
 }
 
 /// The parameters: defaults, then `--params`, then each `--set`.
@@ -52,29 +42,48 @@ impl FromStr for ImageSize {
 /// # Errors
 /// An unreadable file, an unknown key, a value out of range.
 pub fn params(globals: &Globals) -> Result<Params, CliError> {
+    settings(globals).map(|(params, _)| params)
+}
+
+/// The parameters, and the table `[run]` of the parameter file.
+///
+/// # Errors
+/// As for [`params`].
+pub fn settings(globals: &Globals) -> Result<(Params, RunDefaults), CliError> {
     let mut params = Params::default();
+    let mut run = RunDefaults::default();
     if let Some(path) = &globals.params {
+        let unusable = |error: Box<dyn Error + Send + Sync>| {
+            CliError::because(
+                format!("cannot use the parameter file {}", path.display()),
+                error,
+            )
+        };
         let text = fs::read_to_string(path).map_err(|error| {
             CliError::because(
                 format!("cannot read the parameter file {}", path.display()),
                 error,
             )
         })?;
-        params.set_toml(&text).map_err(|error| {
-            CliError::because(
-                format!("cannot use the parameter file {}", path.display()),
-                error,
-            )
-        })?;
+        let mut table: toml::Table = text
+            .parse()
+            .map_err(|error: toml::de::Error| unusable(error.into()))?;
+        if let Some(table) = table.remove("run") {
+            run = table.try_into().map_err(|error| unusable(error.into()))?;
+        }
+        params
+            .set_table(table)
+            .map_err(|error| unusable(error.into()))?;
     }
     for assignment in &globals.set {
         params
             .set_assignment(assignment)
             .map_err(|error| CliError::from(error).in_arguments())?;
     }
-    params
+    let params = params
         .checked()
-        .map_err(|error| CliError::from(error).in_arguments())
+        .map_err(|error| CliError::from(error).in_arguments())?;
+    Ok((params, run))
 }
 
 /// The technique of that name.
@@ -99,5 +108,35 @@ pub fn technique(name: &str) -> Result<&'static TechniqueEntry, CliError> {
 pub fn headless_device(globals: &Globals) -> Result<GpuDevice, GpuError> {
     GpuDevice::create(&Headless {
         wanted: globals.device.clone(),
+    })
+}
+
+/// The camera of that name or number.
+///
+/// # Errors
+/// There is none; the message lists those that are.
+pub fn find_camera(scene: &Scene, wanted: &str, path: &Path) -> Result<Camera, CliError> {
+    let by_name = scene.cameras.iter().find(|camera| camera.name == wanted);
+    let by_index = || {
+        wanted
+            .parse::<usize>()
+            .ok()
+            .and_then(|index| scene.cameras.get(index))
+    };
+    by_name.or_else(by_index).cloned().ok_or_else(|| {
+        let names: Vec<&str> = scene
+            .cameras
+            .iter()
+            .map(|camera| camera.name.as_str())
+            .collect();
+        let has = if names.is_empty() {
+            "it has none".into()
+        } else {
+            format!("it has: {}", names.join(", "))
+        };
+        CliError::new(format!(
+            "{}: no camera is named or numbered `{wanted}`; {has}",
+            path.display()
+        ))
     })
 }

@@ -27,11 +27,11 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     let replay = replay::Args {
         scene: assets.join("scenes").join("cornell.glb"),
         session: assets.join("sessions").join("natural-look"),
-        technique: "pm-direct".into(),
-        size: ImageSize {
+        technique: None,
+        size: Some(ImageSize {
             width: 320,
             height: 320,
-        },
+        }),
         frames: None,
         every: EVERY,
         runtime: RuntimeChoice::Sim,

@@ -37,7 +37,9 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
 
 fn print_params() {
     println!(
-        "Set one with --set KEY=VALUE, or many in a TOML file with --params FILE.toml ([room] and name = value).\n"
+        "Set one with --set KEY=VALUE, or many in a TOML file with --params FILE.toml ([room] and name = value).\n\
+         A table [run] in that file says what is no parameter: technique, size, passes, gaze. `render` and `replay` take it where the\n\
+         command line says nothing; `macula cost --budget-ms` writes such a file.\n"
     );
     let mut room = "";
     for knob in Params::knobs() {

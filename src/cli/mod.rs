@@ -4,6 +4,7 @@ pub mod collect;
 pub mod commands;
 pub mod common;
 pub mod compare;
+pub mod cost;
 pub mod demo;
 pub mod doctor;
 pub mod eye_columns;

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::CliError;
 use super::run_record::{self, RUN_FILE, RunRecord};
+use super::{CliError, CliResult};
 
 /// Why an output cannot be made or completed.
 #[derive(Debug, thiserror::Error)]
@@ -79,6 +79,46 @@ impl OutputDir {
             target: target.into(),
             partial,
         };
+        record.write(&output.partial, false)?;
+        Ok(output)
+    }
+
+    /// Goes on with what an earlier run left: with its partial folder, or with a copy of the `carried` entries of the finished one,
+    /// which stays until this one is finished. `check` refuses a folder that holds something else. With `force`, or where nothing is
+    /// there, as [`OutputDir::create`].
+    ///
+    /// # Errors
+    /// As for [`OutputDir::create`], or what `check` found.
+    pub fn resume(
+        target: &Path,
+        force: bool,
+        record: &RunRecord,
+        carried: &[&str],
+        check: impl Fn(&Path) -> CliResult,
+    ) -> Result<Self, CliError> {
+        let partial = with_suffix(target, ".partial")?;
+        if force {
+            return Ok(Self::create(target, force, record)?);
+        }
+        let output = Self {
+            target: target.into(),
+            partial: partial.clone(),
+        };
+        for folder in [&partial, &output.target] {
+            if exists(folder)? {
+                check_folder_is_ours(folder)?;
+                check(folder)?;
+            }
+        }
+        if !exists(&partial)? {
+            create_parents(target)?;
+            fs::create_dir(&partial).map_err(failed("create the folder", &partial))?;
+            if exists(target)? {
+                for name in carried {
+                    copy(&target.join(name), &partial.join(name))?;
+                }
+            }
+        }
         record.write(&output.partial, false)?;
         Ok(output)
     }
@@ -263,6 +303,20 @@ fn check_is_file(path: &Path) -> Result<(), OutputError> {
         path: path.into(),
         why: "it is not a plain file",
     })
+}
+
+/// Copies a file, or a folder of files; what is not there is not copied.
+fn copy(from: &Path, to: &Path) -> Result<(), OutputError> {
+    if from.is_dir() {
+        fs::create_dir_all(to).map_err(failed("create the folder", to))?;
+        for entry in fs::read_dir(from).map_err(failed("look into", from))? {
+            let name = entry.map_err(failed("look into", from))?.file_name();
+            copy(&from.join(&name), &to.join(&name))?;
+        }
+    } else if from.is_file() {
+        fs::copy(from, to).map_err(failed("copy", from))?;
+    }
+    Ok(())
 }
 
 /// The name beside `target` that ends in `suffix`.

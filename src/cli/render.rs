@@ -1,5 +1,6 @@
 //! `macula render`: one still picture of a scene.
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -12,9 +13,13 @@ use super::output::{OutputFile, interrupt_flag};
 use super::progress::Progress;
 use super::{CliError, CliResult, Globals};
 use crate::image::{exr, png};
+use crate::metrics::error::percentile;
+use crate::scene::Scene;
 use crate::scene::loaded::LoadedScene;
-use crate::scene::{Camera, Scene};
 use crate::still::Still;
+
+/// Passes where nobody says how many.
+const DEFAULT_PASSES: u32 = 16;
 
 /// Render one picture of a scene to linear EXR (radiance, W/(m2 sr)) or PNG.
 #[derive(Clone, Debug, clap::Args)]
@@ -25,22 +30,24 @@ pub struct Args {
     /// The camera in the file, by name or index.
     #[arg(long, value_name = "NAME|INDEX", default_value = "0")]
     pub camera: String,
-    /// Size of the picture in pixels.
-    #[arg(long, value_name = "WxH", default_value = "512x512")]
-    pub size: ImageSize,
-    /// How light is transported: pm-direct, pm, or path (the oracle: slow and right).
-    #[arg(long, value_name = "T", default_value = "pm-direct")]
-    pub technique: String,
+    /// Size of the picture in pixels [default: that of --params, or 512x512].
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<ImageSize>,
+    /// How light is transported: pm-direct, pm, or path, slow and right [default: that of --params, or pm-direct].
+    #[arg(long, value_name = "T")]
+    pub technique: Option<String>,
     /// Photons emitted a pass; short for --set photon.count=N.
     #[arg(long, value_name = "N")]
     pub photons: Option<u32>,
-    /// Passes to average: each has photons of its own, and the gather radius shrinks from one to the next.
-    #[arg(long, value_name = "K", default_value_t = 16, conflicts_with = "seconds", value_parser = clap::value_parser!(u32).range(1..))]
-    pub passes: u32,
+    /// Passes to average: each has photons of its own, and the gather radius shrinks from one to the next
+    /// [default: that of --params, or 16].
+    #[arg(long, value_name = "K", conflicts_with = "seconds", value_parser = clap::value_parser!(u32).range(1..))]
+    pub passes: Option<u32>,
     /// Add passes until this many seconds have gone by.
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub seconds: Option<Duration>,
-    /// Where the eye looks, in degrees right and up of the picture's axis: the regions around it get what the fovea parameters say.
+    /// Where the eye looks, in degrees right and up of the picture's axis: the regions around it get what the fovea parameters say
+    /// [default: that of --params, or nowhere: the whole picture is fovea].
     #[arg(long, value_name = "AZ,EL", allow_hyphen_values = true)]
     pub gaze: Option<GazeAngles>,
     /// Seed of the random numbers; short for --set random.seed=N.
@@ -59,6 +66,8 @@ struct Summary {
     device: String,
     wall_s: f64,
     pass_ms: Vec<(&'static str, f64)>,
+    /// Median over the passes after the first, which compiles, of the sum of a pass's stages.
+    frame_ms_median: Option<f64>,
     counts: Vec<(&'static str, f64)>,
     mean_w_per_m2_sr: [f64; 3],
     params_sha256: String,
@@ -79,7 +88,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 /// A bad scene, parameter or place, or a failing device: each with its mend.
 pub fn run(args: Args, globals: &Globals) -> CliResult {
     let format = PictureFormat::of(&args.out)?;
-    let mut params = common::params(globals)?;
+    let (mut params, defaults) = common::settings(globals)?;
     if let Some(photons) = args.photons {
         params
             .set("photon.count", &photons.to_string())
@@ -88,33 +97,43 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     if let Some(seed) = args.seed {
         params.set("random.seed", &seed.to_string())?;
     }
-    let entry = common::technique(&args.technique)?;
+    let technique = args.technique.or(defaults.technique);
+    let entry = common::technique(technique.as_deref().unwrap_or(common::DEFAULT_TECHNIQUE))?;
+    let size = args.size.or(defaults.size).unwrap_or(common::DEFAULT_SIZE);
+    let wanted_passes = args
+        .passes
+        .or(defaults.passes.map(NonZeroU32::get))
+        .unwrap_or(DEFAULT_PASSES);
     let output = OutputFile::create(&args.out, globals.force)?;
     let interrupted = interrupt_flag()?;
 
     let scene = Scene::load(&args.scene)?;
-    let camera = find_camera(&scene, &args.camera, &args.scene)?;
+    let camera = common::find_camera(&scene, &args.camera, &args.scene)?;
     let gpu = common::headless_device(globals)?;
     let loaded = LoadedScene::new(&gpu, scene)?;
-    let view = camera.view(args.size.width, args.size.height);
-    let gaze = args.gaze.map(|gaze| gaze.dir_in_view().as_vec3());
-    let size = (args.size.width, args.size.height);
+    let view = camera.view(size.width, size.height);
+    let gaze = args.gaze.or(defaults.gaze);
+    let gaze = gaze.map(|gaze| gaze.dir_in_view().as_vec3());
+    let size = (size.width, size.height);
     let mut still = Still::start(&gpu, &loaded, &params, entry, view, size, gaze)?;
 
     let started = Instant::now();
     let progress = Progress::new(
         "rendering",
-        args.seconds.map_or(u64::from(args.passes), |_| 0),
+        args.seconds.map_or(u64::from(wanted_passes), |_| 0),
         "passes",
     );
     let mut pass_ms: Vec<(&'static str, f64)> = Vec::new();
+    let mut frames_ms: Vec<f64> = Vec::new();
     let mut passes = 0;
     let is_done = |passes: u32| match args.seconds {
         Some(seconds) => started.elapsed() >= seconds,
-        None => passes >= args.passes,
+        None => passes >= wanted_passes,
     };
     while passes == 0 || !(is_done(passes) || interrupted.load(Ordering::SeqCst)) {
-        for time in still.add_pass()? {
+        let times = still.add_pass()?;
+        frames_ms.push(times.iter().map(|time| time.ms).sum());
+        for time in times {
             match pass_ms.iter_mut().find(|(name, _)| *name == time.name) {
                 Some((_, sum)) => *sum += time.ms,
                 None => pass_ms.push((time.name, time.ms)),
@@ -147,6 +166,7 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         device: gpu.info.name.clone(),
         wall_s: started.elapsed().as_secs_f64(),
         pass_ms,
+        frame_ms_median: median_after_the_first(frames_ms),
         counts: statistics.counts,
         mean_w_per_m2_sr: mean,
         params_sha256: params.sha256(),
@@ -189,6 +209,13 @@ fn report(summary: &Summary, globals: &Globals) {
     }
 }
 
+/// The median of all but the first; `None` if there is no other.
+fn median_after_the_first(mut frames_ms: Vec<f64>) -> Option<f64> {
+    frames_ms.remove(0);
+    frames_ms.sort_unstable_by(f64::total_cmp);
+    (!frames_ms.is_empty()).then(|| percentile(&frames_ms, 0.5))
+}
+
 #[derive(Clone, Copy)]
 enum PictureFormat {
     Exr,
@@ -212,30 +239,4 @@ impl PictureFormat {
             .in_arguments()),
         }
     }
-}
-
-fn find_camera(scene: &Scene, wanted: &str, path: &Path) -> Result<Camera, CliError> {
-    let by_name = scene.cameras.iter().find(|camera| camera.name == wanted);
-    let by_index = || {
-        wanted
-            .parse::<usize>()
-            .ok()
-            .and_then(|index| scene.cameras.get(index))
-    };
-    by_name.or_else(by_index).cloned().ok_or_else(|| {
-        let names: Vec<&str> = scene
-            .cameras
-            .iter()
-            .map(|camera| camera.name.as_str())
-            .collect();
-        let has = if names.is_empty() {
-            "it has none".into()
-        } else {
-            format!("it has: {}", names.join(", "))
-        };
-        CliError::new(format!(
-            "{}: no camera is named or numbered `{wanted}`; {has}",
-            path.display()
-        ))
-    })
 }

@@ -1,6 +1,5 @@
 //! `macula replay`: a recorded session in a scene, frame by frame through OpenXR, with pictures and a report.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -15,8 +14,6 @@ use super::run_record::RunRecord;
 use super::{CliError, CliResult, Globals};
 use crate::frame::FrameRenderer;
 use crate::gaze::Session;
-use crate::gpu::GpuDevice;
-use crate::params::Params;
 use crate::scene::Scene;
 use crate::scene::bvh::SceneCaster;
 use crate::session;
@@ -31,12 +28,12 @@ pub struct Args {
     /// The session folder (see `macula session import`).
     #[arg(long, value_name = "DIR")]
     pub session: PathBuf,
-    /// How light is transported: pm-direct, pm, or path (the oracle: slow and right).
-    #[arg(long, value_name = "T", default_value = "pm-direct")]
-    pub technique: String,
-    /// Pixels per eye.
-    #[arg(long, value_name = "WxH", default_value = "512x512")]
-    pub size: ImageSize,
+    /// How light is transported: pm-direct, pm, or path, slow and right [default: that of --params, or pm-direct].
+    #[arg(long, value_name = "T")]
+    pub technique: Option<String>,
+    /// Pixels per eye [default: that of --params, or 512x512].
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<ImageSize>,
     /// Frames of the recording to replay, the last one included.
     #[arg(long, value_name = "A..B")]
     pub frames: Option<FrameRange>,
@@ -96,9 +93,11 @@ impl FromStr for FrameRange {
 /// # Errors
 /// A bad scene, session or place, no runtime, or a failing device: each with its mend.
 pub fn run(args: Args, globals: &Globals) -> CliResult {
-    let params = common::params(globals)?;
-    let technique = common::technique(&args.technique)?;
-    check_size(&args)?;
+    let (params, defaults) = common::settings(globals)?;
+    let technique = args.technique.as_ref().or(defaults.technique.as_ref());
+    let technique = common::technique(technique.map_or(common::DEFAULT_TECHNIQUE, String::as_str))?;
+    let size = args.size.or(defaults.size).unwrap_or(common::DEFAULT_SIZE);
+    check_size(&args, size)?;
     let mut record = RunRecord::new(std::env::args());
     let output = OutputDir::create(&args.out, globals.force, &record)?;
     let interrupted = interrupt_flag()?;
@@ -112,10 +111,10 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         .timings_s
         .insert("loading".into(), started.elapsed().as_secs_f64());
 
-    let mut app = connect(&args, globals)?;
+    let mut app = connect(&args, size, globals)?;
     let gpu = Arc::clone(app.gpu());
     let headset = app.headset().clone();
-    describe(&mut record, &args, &params, &gpu, &scene);
+    record.describe(&params, &gpu, &scene, &args.scene);
     record.runtime = Some(format!(
         "{} {}",
         headset.runtime_name, headset.runtime_version
@@ -206,9 +205,9 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     Ok(())
 }
 
-fn check_size(args: &Args) -> CliResult {
+fn check_size(args: &Args, size: ImageSize) -> CliResult {
     let widest = xr_sim::MAX_IMAGE_SIZE;
-    if args.runtime == RuntimeChoice::Sim && args.size.width.max(args.size.height) > widest {
+    if args.runtime == RuntimeChoice::Sim && size.width.max(size.height) > widest {
         let message =
             format!("--size: an eye of the simulated headset has at most {widest} pixels a side");
         return Err(CliError::new(message).in_arguments());
@@ -232,18 +231,22 @@ fn planned_frames(args: &Args, recording: &Session) -> Result<usize, CliError> {
     Ok((range.last.min(count - 1) - range.first) / args.every as usize + 1)
 }
 
-fn connect(args: &Args, globals: &Globals) -> Result<XrApp, CliError> {
+fn connect(args: &Args, size: ImageSize, globals: &Globals) -> Result<XrApp, CliError> {
     let options = XrOptions {
-        image_size: Some([args.size.width, args.size.height]),
+        image_size: Some([size.width, size.height]),
     };
     let runtime = match args.runtime {
-        RuntimeChoice::Sim => simulated_headset(args, globals)?,
+        RuntimeChoice::Sim => simulated_headset(args, size, globals)?,
         RuntimeChoice::System => xr::Runtime::System,
     };
     Ok(XrApp::connect(runtime.entry()?, &options)?)
 }
 
-fn simulated_headset(args: &Args, globals: &Globals) -> Result<xr::Runtime, CliError> {
+fn simulated_headset(
+    args: &Args,
+    size: ImageSize,
+    globals: &Globals,
+) -> Result<xr::Runtime, CliError> {
     let device = globals.device.as_ref().map(|wanted| match wanted.parse() {
         Ok(index) => xr_sim::DeviceChoice::Index(index),
         Err(_) => xr_sim::DeviceChoice::Name(wanted.clone()),
@@ -253,8 +256,8 @@ fn simulated_headset(args: &Args, globals: &Globals) -> Result<xr::Runtime, CliE
         first_frame: args.frames.map_or(0, |range| range.first),
         last_frame: args.frames.map(|range| range.last),
         frame_step: args.every as usize,
-        eye_width: args.size.width,
-        eye_height: args.size.height,
+        eye_width: size.width,
+        eye_height: size.height,
         clock: xr_sim::ClockKind::Virtual,
         device,
         ..xr_sim::Config::default()
@@ -280,17 +283,6 @@ fn heading(args: &Args, technique: &str, recording: &Session, scene: &Scene) -> 
             },
         ],
     }
-}
-
-fn describe(record: &mut RunRecord, args: &Args, params: &Params, gpu: &GpuDevice, scene: &Scene) {
-    record.git_commit = option_env!("MACULA_GIT_COMMIT").map(str::to_owned);
-    record.parameters = serde_json::json!(params.values().into_iter().collect::<BTreeMap<_, _>>());
-    record.parameters_sha256 = Some(params.sha256());
-    record.seed = Some(u64::from(params.random.seed));
-    record.device = Some(gpu.info.name.clone());
-    record.driver = Some(format!("{} {}", gpu.info.driver, gpu.info.driver_info));
-    record.scene = Some(args.scene.clone());
-    record.scene_sha256 = Some(scene.content_sha256.clone());
 }
 
 fn tell(

@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::output::{OutputError, failed};
+use crate::gpu::GpuDevice;
+use crate::params::Params;
+use crate::scene::Scene;
 
 /// The name of the record in every output folder.
 pub const RUN_FILE: &str = "run.json";
@@ -63,6 +66,19 @@ impl RunRecord {
             command: command.into_iter().collect(),
             ..Self::default()
         }
+    }
+
+    /// Fills in what every run has: parameters, device, scene.
+    pub fn describe(&mut self, params: &Params, gpu: &GpuDevice, scene: &Scene, file: &Path) {
+        let values: BTreeMap<_, _> = params.values().into_iter().collect();
+        self.git_commit = option_env!("MACULA_GIT_COMMIT").map(str::to_owned);
+        self.parameters = serde_json::json!(values);
+        self.parameters_sha256 = Some(params.sha256());
+        self.seed = Some(u64::from(params.random.seed));
+        self.device = Some(gpu.info.name.clone());
+        self.driver = Some(format!("{} {}", gpu.info.driver, gpu.info.driver_info));
+        self.scene = Some(file.into());
+        self.scene_sha256 = Some(scene.content_sha256.clone());
     }
 
     /// Writes it into a folder.

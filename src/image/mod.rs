@@ -3,6 +3,9 @@
 pub mod exr;
 pub mod png;
 pub mod present;
+mod size;
+
+pub use size::ImageSize;
 
 /// A picture in linear RGB, row by row from the top left; radiance in W/(m² sr) unless its maker says otherwise.
 #[derive(Clone, Debug, PartialEq)]

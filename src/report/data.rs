@@ -29,7 +29,8 @@ pub(super) fn write(report: &Report, out: &mut impl Write) -> io::Result<()> {
     write!(out, "]}}")
 }
 
-fn escaped(value: &Value) -> String {
+/// A value as JSON that can stand in a script block.
+pub(super) fn escaped(value: &Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }
 

@@ -4,6 +4,7 @@
 //! Plain data in, a file out. Pictures come encoded and go straight into the file, so a report is as large in memory as its JPEGs.
 //! The page itself is `page.html`, `page.css` and `page.js` in this folder.
 
+pub mod cost;
 mod data;
 mod picture;
 mod statistics;
@@ -144,6 +145,8 @@ pub enum ReportError {
 
 /// The page with a slot `{{name}}` for each part that differs between reports.
 const PAGE: &str = include_str!("page.html");
+/// Colours and text of every page.
+const STYLE: &str = include_str!("page.css");
 
 impl Report {
     /// Writes the page to a file.
@@ -151,44 +154,61 @@ impl Report {
     /// # Errors
     /// [`ReportError::Write`].
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
-        let write = || {
-            let mut file = BufWriter::new(File::create(path)?);
-            self.write_to(&mut file)?;
-            file.flush()
-        };
-        write().map_err(|source| ReportError::Write {
-            path: path.into(),
-            source,
-        })
+        write_file(path, |file| self.write_to(file))
     }
 
-    /// Writes the page, piece by piece. Slots are found in the page alone, so nothing in the data can be mistaken for one.
+    /// Writes the page, piece by piece.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
-        for piece in PAGE.split("{{") {
-            let (slot, text) = piece.split_once("}}").unwrap_or(("", piece));
-            match slot {
-                "title" => out.write_all(tables::escape(&self.title).as_bytes())?,
-                "subtitle" => tables::subtitle(self, out)?,
-                "warnings" => tables::warnings(&self.warnings, out)?,
-                "times" => tables::times(&self.frames, out)?,
-                "gaze" => tables::gaze(&self.frames, out)?,
-                "effects" => tables::effects(&self.effects, out)?,
-                "parameters" => tables::parameters(&self.parameters, out)?,
-                "provenance" => tables::provenance(&self.provenance, out)?,
-                "style" => out.write_all(include_str!("page.css").as_bytes())?,
-                "script" => out.write_all(include_str!("page.js").as_bytes())?,
-                "data" => data::write(self, out)?,
-                "pictures" => picture::write_all(&self.frames, out)?,
-                // The text before the first slot.
-                _ => {}
-            }
-            out.write_all(text.as_bytes())?;
-        }
-        Ok(())
+        fill(PAGE, out, |slot, out| match slot {
+            "title" => out.write_all(tables::escape(&self.title).as_bytes()),
+            "subtitle" => tables::subtitle(self, out),
+            "warnings" => tables::warnings(&self.warnings, out),
+            "times" => tables::times(&self.frames, out),
+            "gaze" => tables::gaze(&self.frames, out),
+            "effects" => tables::effects(&self.effects, out),
+            "parameters" => tables::parameters(&self.parameters, out),
+            "provenance" => tables::provenance(&self.provenance, out),
+            "style" => out.write_all(STYLE.as_bytes()),
+            "script" => out.write_all(include_str!("page.js").as_bytes()),
+            "data" => data::write(self, out),
+            "pictures" => picture::write_all(&self.frames, out),
+            // The text before the first slot.
+            _ => Ok(()),
+        })
     }
+}
+
+/// Writes a file of pages.
+fn write_file(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), ReportError> {
+    let write = || {
+        let mut file = BufWriter::new(File::create(path)?);
+        write(&mut file)?;
+        file.flush()
+    };
+    write().map_err(|source| ReportError::Write {
+        path: path.into(),
+        source,
+    })
+}
+
+/// Writes a page and fills its slots. They are found in the page alone, so nothing in the data can be mistaken for one.
+fn fill<W: Write>(
+    page: &str,
+    out: &mut W,
+    mut slot: impl FnMut(&str, &mut W) -> io::Result<()>,
+) -> io::Result<()> {
+    for piece in page.split("{{") {
+        let (name, text) = piece.split_once("}}").unwrap_or(("", piece));
+        slot(name, out)?;
+        out.write_all(text.as_bytes())?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

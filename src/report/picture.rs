@@ -2,10 +2,12 @@
 
 use std::io::{self, Write};
 
+use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use base64::write::EncoderWriter;
-use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
 
 use super::{Frame, ReportError};
 
@@ -56,6 +58,33 @@ impl Picture {
             media_type: "image/jpeg",
             bytes,
         })
+    }
+
+    /// Encodes 8-bit sRGB samples (R G B, row by row) as PNG, without loss.
+    ///
+    /// # Errors
+    /// [`ReportError::Encode`]: samples that do not fit the size.
+    pub fn png_of(width: u32, height: u32, rgb: &[u8]) -> Result<Self, ReportError> {
+        let failed = |source| ReportError::Encode {
+            width,
+            height,
+            samples: rgb.len(),
+            source,
+        };
+        if rgb.is_empty() || rgb.len() != 3 * width as usize * height as usize {
+            return Err(failed(None));
+        }
+        let mut bytes = Vec::new();
+        PngEncoder::new(&mut bytes)
+            .write_image(rgb, width, height, ExtendedColorType::Rgb8)
+            .map_err(|source| failed(Some(source)))?;
+        Ok(Self::png(bytes))
+    }
+
+    /// The picture as an address that holds all of it.
+    pub(super) fn data_uri(&self) -> String {
+        let text = STANDARD.encode(&self.bytes);
+        format!("data:{};base64,{text}", self.media_type)
     }
 
     /// How large it is, encoded.

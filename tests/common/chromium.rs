@@ -1,6 +1,6 @@
 //! Pages in a headless Chromium: what the document became, what the console said.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// What came of a page.
@@ -55,6 +55,37 @@ pub fn screenshot(browser: &str, page: &Path, fragment: &str, size: [u32; 2], pn
     ];
     run(browser, &flags, page, fragment);
     assert!(png.exists(), "no screenshot of {}", page.display());
+}
+
+/// Writes a page beside a report that loads it in a frame, runs `script` there (`page` is its document, `wait(ms)` waits), and
+/// shows what it returns.
+pub fn drive(folder: &Path, report: &Path, fragment: &str, script: &str) -> PathBuf {
+    let harness = folder.join("harness.html");
+    let html = format!(
+        r#"<!doctype html><title>harness</title><iframe src="{}{fragment}" width="1200" height="900"></iframe><pre id="result">nothing</pre>
+<script>
+const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+document.querySelector("iframe").addEventListener("load", async () => {{
+  const window_ = document.querySelector("iframe").contentWindow, page = window_.document;
+  const result = await (async () => {{ {script} }})();
+  document.getElementById("result").textContent = JSON.stringify(result);
+}});
+</script>"#,
+        report.file_name().unwrap().to_str().unwrap()
+    );
+    std::fs::write(&harness, html).unwrap();
+    harness
+}
+
+/// What the script of [`drive`] returned.
+pub fn result(visit: &Visit) -> serde_json::Value {
+    let (_, rest) = visit.document.split_once(r#"<pre id="result">"#).unwrap();
+    let (json, _) = rest.split_once("</pre>").unwrap();
+    let json = json
+        .replace("&amp;", "&")
+        .replace("&lt;", "<")
+        .replace("&gt;", ">");
+    serde_json::from_str(&json).unwrap_or_else(|_| panic!("{json}\n{:?}", visit.console))
 }
 
 fn run(browser: &str, flags: &[&str], page: &Path, fragment: &str) -> (String, String) {

@@ -15,6 +15,7 @@ use std::str::FromStr;
 
 use clap::builder::{OsStringValueParser, TypedValueParser as _};
 use glam::DVec3;
+use serde::Deserialize;
 
 use super::{CliError, CliResult, Globals, common, eye_columns};
 use crate::metrics::region::{EccentricityLimits, EyeView};
@@ -117,7 +118,8 @@ impl From<OsString> for ReferenceSe {
 }
 
 /// A direction of gaze in angles from the view's axis, as the command line takes it: `AZ,EL` in degrees.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "String")]
 pub struct GazeAngles {
     /// To the right, degrees.
     pub azimuth_deg: f64,
@@ -129,6 +131,14 @@ impl GazeAngles {
     /// Unit direction in view space (+X right, +Y up, -Z forward).
     pub fn dir_in_view(self) -> DVec3 {
         eye_columns::dir_in_view([self.azimuth_deg, self.elevation_deg])
+    }
+}
+
+impl TryFrom<String> for GazeAngles {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
     }
 }
 

@@ -1,0 +1,326 @@
+//! The measuring of `macula cost`: the sweep, then the searches.
+
+use std::cell::RefCell;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use super::super::common;
+use super::super::compare::GazeAngles;
+use super::super::output::{OutputDir, interrupt_flag};
+use super::super::progress::Progress;
+use super::super::run_record::RunRecord;
+use super::super::{CliError, CliResult, Globals};
+use super::{Args, bench, prepare, write};
+use crate::cost::campaign::{Campaign, Findings};
+use crate::cost::judge::Judge;
+use crate::cost::ladder::Ladder;
+use crate::cost::level::{self, Goal};
+use crate::cost::measure::Bench;
+use crate::cost::point::Point;
+use crate::cost::reference::Origin;
+use crate::cost::search::{self, Trial};
+use crate::cost::setting::Setting;
+use crate::cost::store::{Store, Study};
+use crate::cost::table::{self, Budget, Comparison, Machine, Outcome};
+use crate::cost::{CostError, fit, sentences};
+use crate::gpu::GpuDevice;
+use crate::scene::Scene;
+use crate::scene::loaded::LoadedScene;
+
+/// The whole command, but for `--check-budget`.
+pub(super) fn run(
+    args: &Args,
+    out: &Path,
+    base: &Setting,
+    gaze: GazeAngles,
+    globals: &Globals,
+) -> CliResult {
+    let settings = prepare::settings(args, base)?;
+    let scene = Scene::load(&args.scene)?;
+    let camera = common::find_camera(&scene, &args.camera, &args.scene)?;
+    let study = prepare::study(args, base, &settings, &scene, &camera, gaze)?;
+    let mut record = RunRecord::new(std::env::args());
+    let output = OutputDir::resume(out, globals.force, &record, &Store::CARRIED, |folder| {
+        prepare::check_study(folder, &study)
+    })?;
+    let interrupted = interrupt_flag()?;
+    let gpu = common::headless_device(globals)?;
+    record.describe(&base.params, &gpu, &scene, &args.scene);
+    let loaded = LoadedScene::new(&gpu, scene)?;
+    record.warnings.extend(loaded.scene.warnings.clone());
+
+    let angles_rad = prepare::angles_rad(base, &study, &camera, gaze)?;
+    let device = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
+    let store = Store::open(output.path(), study.clone(), device)?;
+    let started = Instant::now();
+    let reference = prepare::reference(
+        args,
+        base,
+        &study,
+        &loaded,
+        &camera,
+        output.path(),
+        interrupted,
+    )?;
+    let Some(reference) = reference else {
+        output.keep_partial(&record)?;
+        let message = "stopped before the reference was done: the same command starts it anew";
+        return Err(CliError::new(message));
+    };
+    let timed = started.elapsed().as_secs_f64();
+    record.timings_s.insert("reference".into(), timed);
+    let origin = reference.origin.clone();
+    let judge = Judge::new(reference, &angles_rad, prepare::limits(base))?;
+    let bench = bench(&gpu, &loaded, &camera, gaze, args, interrupted);
+
+    let measuring = Instant::now();
+    let found = measure(args, &settings, &bench, &judge, &store)?;
+    let timed = measuring.elapsed().as_secs_f64();
+    record.timings_s.insert("measuring".into(), timed);
+    let is_complete = !interrupted.load(Ordering::SeqCst);
+    let outcome = outcome(
+        found,
+        &loaded.scene,
+        study,
+        origin,
+        machine(&gpu),
+        is_complete,
+    );
+    record.warnings.extend(outcome.warnings.clone());
+    if outcome.points.is_empty() {
+        output.keep_partial(&record)?;
+        let message =
+            "stopped before the first point; the reference is kept: the same command goes on";
+        return Err(CliError::new(message));
+    }
+    write::all(&outcome, &store, &judge, output.path())?;
+    if !is_complete {
+        let points = outcome.points.len();
+        let kept = output.keep_partial(&record)?.unwrap_or_default();
+        return Err(CliError::new(format!(
+            "stopped after {points} points, which are in {}: the same command goes on from there",
+            kept.display()
+        )));
+    }
+    let folder = output.finish(&record)?;
+    write::tell(&folder, &outcome, globals);
+    Ok(())
+}
+
+/// What was measured, and what was chosen from it.
+struct Found {
+    findings: Findings,
+    budget: Option<Budget>,
+    comparisons: Vec<Comparison>,
+}
+
+/// The sweep, then what else was asked for; ends early where it is interrupted.
+fn measure(
+    args: &Args,
+    settings: &[Setting],
+    bench: &Bench<'_>,
+    judge: &Judge,
+    store: &Store,
+) -> Result<Found, CliError> {
+    let count = settings.len() as u64;
+    let progress = RefCell::new(Progress::new("measuring", count, "points"));
+    let Some(anchor) = settings.first() else {
+        return Err(CliError::new("the sweep holds no point"));
+    };
+    let mut tell = |setting: &Setting| progress.borrow().set_message(setting.words());
+    let mut campaign = Campaign::new(bench, judge, store, anchor.clone(), &mut tell);
+    let mut found = (None, Vec::new());
+    let mut is_whole = true;
+    for setting in settings {
+        is_whole = campaign.point(setting)?.is_some();
+        if !is_whole {
+            break;
+        }
+        progress.borrow().advance(1);
+    }
+    if is_whole {
+        let further = |what: &str| {
+            progress.replace(Progress::new(what, None, "points"));
+        };
+        found = search_on(args, judge, &mut campaign, &further, &progress)?;
+    }
+    Ok(Found {
+        findings: campaign.finish()?,
+        budget: found.0,
+        comparisons: found.1,
+    })
+}
+
+/// The budget, then equal errors and equal times.
+fn search_on(
+    args: &Args,
+    judge: &Judge,
+    campaign: &mut Campaign<'_>,
+    further: &dyn Fn(&str),
+    progress: &RefCell<Progress>,
+) -> Result<(Option<Budget>, Vec<Comparison>), CliError> {
+    let mut budget = None;
+    if let Some(budget_ms) = args.budget_ms {
+        further(&format!(
+            "searching for {} ms",
+            sentences::number(budget_ms)
+        ));
+        let limit = Duration::from_secs_f64(args.search_seconds);
+        let chosen = choose(campaign, judge, budget_ms, limit, progress)?;
+        let Some(chosen) = chosen else {
+            return Ok((None, Vec::new()));
+        };
+        budget = Some(Budget::new(budget_ms, &chosen));
+    }
+    let error = args.equal_error.map(Goal::Relmse);
+    let goals = error.into_iter().chain(args.equal_time.map(Goal::FrameMs));
+    let goals: Vec<Goal> = goals.collect();
+    for &goal in &goals {
+        further("bringing techniques to one level");
+        let points = campaign.points().to_vec();
+        for technique in fit::techniques(&points) {
+            let mut measure = |setting: &Setting| {
+                progress.borrow().advance(1);
+                campaign.point(setting)
+            };
+            if !level::approach(technique, &points, goal, &mut measure)? {
+                return Ok((budget, Vec::new()));
+            }
+        }
+    }
+    let comparisons = goals.into_iter().map(|goal| Comparison {
+        goal,
+        levels: level::levels(campaign.points(), goal),
+    });
+    Ok((budget, comparisons.collect()))
+}
+
+/// The most promising techniques are searched; so much of the time is over when each has had its share.
+const SHARES: [f64; 2] = [0.65, 1.0];
+
+/// The best setting for a frame time: from the best points of the most promising techniques, within the time. `None` if it was
+/// interrupted.
+fn choose(
+    campaign: &mut Campaign<'_>,
+    judge: &Judge,
+    budget_ms: f64,
+    limit: Duration,
+    progress: &RefCell<Progress>,
+) -> Result<Option<Point>, CostError> {
+    let started = Instant::now();
+    let starts = starts(campaign, budget_ms)?;
+    let mut found: Vec<Trial> = Vec::new();
+    for (place, start) in starts.into_iter().enumerate() {
+        let end = limit.mul_f64(SHARES[place]);
+        let is_over = || started.elapsed() > end;
+        let ladders = Ladder::all(start.setting.technique, judge.size());
+        let mut try_it = |setting: &Setting| {
+            progress.borrow().advance(1);
+            let point = campaign.point(setting)?;
+            point.map(|point| campaign.trial(&point)).transpose()
+        };
+        match search::descend(start, &ladders, budget_ms, &mut try_it, &is_over)? {
+            Some(trial) => found.push(trial),
+            None => return Ok(None),
+        }
+    }
+    let Some(best) = search::best(found, budget_ms) else {
+        return Ok(None);
+    };
+    let ladders = Ladder::all(best.setting.technique, judge.size());
+    let mut try_afresh = |setting: &Setting| {
+        progress.borrow().advance(1);
+        let point = campaign.fresh_point(setting)?;
+        point.map(|point| campaign.trial(&point)).transpose()
+    };
+    let Some(chosen) = search::confirm(&best.setting, &ladders, budget_ms, &mut try_afresh)? else {
+        return Ok(None);
+    };
+    campaign.point(&chosen.setting)
+}
+
+/// The most promising point of each technique, of the most promising techniques.
+fn starts(campaign: &Campaign<'_>, budget_ms: f64) -> Result<Vec<Trial>, CostError> {
+    let promise = |trial: &Trial| search::promise(trial, budget_ms);
+    let mut starts: Vec<Trial> = Vec::new();
+    for technique in fit::techniques(campaign.points()) {
+        let own = campaign.points().iter();
+        let own = own.filter(|point| point.technique == technique);
+        let trials = own.map(|point| campaign.trial(point));
+        let trials = trials.collect::<Result<Vec<_>, _>>()?.into_iter();
+        starts.extend(trials.min_by(|a, b| promise(a).total_cmp(&promise(b))));
+    }
+    starts.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
+    starts.truncate(SHARES.len());
+    Ok(starts)
+}
+
+fn outcome(
+    found: Found,
+    scene: &Scene,
+    study: Study,
+    reference: Origin,
+    machine: Machine,
+    complete: bool,
+) -> Outcome {
+    let Findings {
+        points,
+        reused,
+        drift,
+    } = found.findings;
+    let budget = found.budget;
+    let mut said = Vec::new();
+    if let Some(budget) = &budget {
+        said.extend(sentences::of_budget(budget));
+        let chosen = points.iter().find(|point| point.key == budget.point);
+        said.extend(chosen.and_then(sentences::time_of));
+    }
+    said.extend(sentences::of_points(&points));
+    for comparison in &found.comparisons {
+        said.push(sentences::of_levels(comparison.goal, &comparison.levels));
+    }
+    said.extend(sentences::of_noise(&points, &drift));
+    let mut warnings: Vec<String> = Vec::new();
+    for warning in points.iter().flat_map(|point| &point.warnings) {
+        if !warnings.contains(warning) {
+            warnings.push(warning.clone());
+        }
+    }
+    Outcome {
+        title: sentences::title(&scene.name, &points, budget.as_ref()),
+        sentences: said,
+        scene: scene.name.clone(),
+        study,
+        reference,
+        machine,
+        drift,
+        complete,
+        reused,
+        front: fit::front(&points)
+            .iter()
+            .map(|point| point.key.clone())
+            .collect(),
+        fits: table::fits(&points),
+        budget,
+        comparisons: found.comparisons,
+        warnings,
+        points,
+    }
+}
+
+fn machine(gpu: &GpuDevice) -> Machine {
+    // Linux says it here; elsewhere the name is left out.
+    let processors = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = processors
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    Machine {
+        device: gpu.info.name.clone(),
+        driver: format!("{} {}", gpu.info.driver, gpu.info.driver_info),
+        is_software: gpu.info.device_type == wgpu::DeviceType::Cpu,
+        processor: name.map(|name| name.trim_start_matches([' ', '\t', ':']).to_owned()),
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+        system: format!("{} on {}", std::env::consts::OS, std::env::consts::ARCH),
+    }
+}
