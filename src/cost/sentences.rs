@@ -204,7 +204,7 @@ fn prices(points: &[Point]) -> Vec<String> {
             fitting(&law)
         ),
         false => format!(
-            "No one price of accuracy holds for all techniques together: a power law through the {} points that nothing beats, {}, \
+            "No one price of accuracy holds: a power law through the {} points that nothing beats, {}, \
              explains only {} % of their scatter.",
             law.points,
             range(&law),
