@@ -13,8 +13,10 @@ use crate::scene::gpu_scene::GpuScene;
 /// Paths in a workgroup of photon_bounce and photon_append.
 const GROUP: u32 = 64;
 
-/// Fewest batches in which a map is traced.
+/// Fewest batches in which a map is traced, if they have [`BATCH_MIN`] paths each.
 const BATCHES_MIN: u32 = 8;
+/// Paths below which a batch takes its time to start kernels and not to trace.
+const BATCH_MIN: u32 = 4096;
 
 /// Name of the pass, as the timings give it.
 pub const TRACING: &str = "photon tracing";
@@ -65,10 +67,11 @@ impl PhotonTracer {
         constants: &Constants,
     ) -> Result<Self, GpuError> {
         let photon = &params.photon;
-        // At least eight batches: what does not fit the map is then an eighth at most, not all.
+        // Some batches: what does not fit the map is then one of them at most, not all.
+        let wanted = photon.count.div_ceil(BATCHES_MIN);
         let batch = photon
             .batch
-            .min(photon.count.div_ceil(BATCHES_MIN).max(GROUP));
+            .min(wanted.max(photon.count.clamp(GROUP, BATCH_MIN)));
         let capacity_wanted = f64::from(photon.count) * f64::from(photon.stored_per_path);
         // One batch always fits: a map that holds nothing would be no use.
         let capacity = capacity_wanted

@@ -110,7 +110,11 @@ fn memory_limit_bytes(params: &Params, pixels: u64) -> u64 {
     const CELL_BYTES: u64 = 4 << 22;
     const REST_BYTES: u64 = 32 << 20;
     let photon = &params.photon;
-    let batch = u64::from(photon.batch.min(photon.count.div_ceil(8).max(64)));
+    let batch = u64::from(
+        photon
+            .batch
+            .min(photon.count.div_ceil(8).max(photon.count.clamp(64, 4096))),
+    );
     let stored = (f64::from(photon.count) * f64::from(photon.stored_per_path)) as u64;
     let path_bytes = (2 * size_of::<PhotonPath>() + size_of::<Photon>() + 8) as u64;
     let pixel_bytes = (2 * size_of::<VisiblePoint>() + 64) as u64;
