@@ -325,7 +325,9 @@ mod tests {
     #[test]
     fn paths_that_do_not_pay_are_not_added() {
         // Here more photons only cost.
+        let mut tries = 0;
         let mut try_it = |setting: &Setting| {
+            tries += 1;
             let photons = f64::from(setting.params.photon.count);
             Ok(Some(Trial {
                 setting: setting.clone(),
@@ -339,6 +341,7 @@ mod tests {
             .unwrap()
             .unwrap();
         assert_eq!(found.setting.params.photon.count, 5000);
+        assert_eq!(tries, 2, "one look beyond is enough");
     }
 
     #[test]
