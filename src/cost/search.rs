@@ -19,6 +19,8 @@ const FILL_AIM: f64 = 0.93;
 const BETTER: f64 = 0.98;
 /// How far a start that is too slow is scaled down, one after the other until it meets the budget.
 const SCALES: [f64; 5] = [0.8, 0.6, 0.4, 0.2, 0.0];
+/// A cheaper setting is taken in place of one that fills the budget only if its error is smaller by this factor.
+const NOT_WORSE: f64 = 0.9;
 /// Rounds of the search, each from a better setting.
 const MAX_ROUNDS: usize = 6;
 /// Fresh measurements at the end.
@@ -207,9 +209,9 @@ pub fn confirm(
         let Some(trial) = try_afresh(&setting)? else {
             return Ok(None);
         };
-        let is_filled = (FILL_MIN * budget_ms..=budget_ms).contains(&trial.ms);
+        let is_filled = fills(&trial, budget_ms);
         let does_not_pay = trials.iter().any(|before| {
-            before.ms < trial.ms && before.ms <= budget_ms && before.error < BETTER * trial.error
+            before.ms < trial.ms && before.ms <= budget_ms && before.error < NOT_WORSE * trial.error
         });
         trials.push(trial);
         if is_filled || does_not_pay {
@@ -226,7 +228,17 @@ pub fn confirm(
             None => break,
         }
     }
-    Ok(best(trials, budget_ms))
+    let filling = trials.iter().filter(|trial| fills(trial, budget_ms));
+    let filling = best(filling.cloned(), budget_ms);
+    let least = best(trials, budget_ms);
+    Ok(match (filling, least) {
+        (Some(filling), Some(least)) if least.error >= NOT_WORSE * filling.error => Some(filling),
+        (_, least) => least,
+    })
+}
+
+fn fills(trial: &Trial, budget_ms: f64) -> bool {
+    (FILL_MIN * budget_ms..=budget_ms).contains(&trial.ms)
 }
 
 /// The setting with so many paths; `None` beyond the knob's range.

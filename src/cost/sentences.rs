@@ -78,7 +78,7 @@ pub fn of_budget(budget: &Budget) -> Vec<String> {
     });
     if budget.is_met && share < FILL_MIN {
         said.push(format!(
-            "It uses {} % of the budget: what was tried with more time had no smaller error.",
+            "It uses {} % of the budget: more paths, as far as they were measured, went beyond it or did not pay.",
             number(100.0 * share)
         ));
     }
