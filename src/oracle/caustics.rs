@@ -100,6 +100,19 @@ impl Caustics {
     }
 }
 
+/// Interpolated normals scatter sight and light differently: light that comes from `wi` and goes to `wo` brings this much more (Veach,
+/// 1997, equation 5.19).
+fn adjoint_factor(surface: &Surface, wi: DVec3, wo: DVec3) -> f64 {
+    let (shading, geometric) = (surface.shading_normal, surface.geometric_normal);
+    let factor = (wi.dot(shading) * wo.dot(geometric)) / (wi.dot(geometric) * wo.dot(shading));
+    // Both sides are those of a real surface, or the photon has ended.
+    if factor.is_finite() {
+        factor.abs()
+    } else {
+        0.0
+    }
+}
+
 fn cell(position: DVec3, radius_m: f64) -> I64Vec3 {
     (position / (2.0 * radius_m)).floor().as_i64vec3()
 }
@@ -132,7 +145,7 @@ fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
         if sample.density.is_some() || is_through != sample.is_refracted {
             return;
         }
-        flux_w *= sample.weight;
+        flux_w *= sample.weight * adjoint_factor(&surface, -ray.direction, sample.wi);
         if let Some(interface) = bsdf.interface.filter(|i| sample.is_refracted && !i.is_thin) {
             // Radiance is squeezed in glass; flux is not.
             flux_w *= interface.ior * interface.ior;

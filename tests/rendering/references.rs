@@ -6,7 +6,7 @@ use macula::image::{LinearImage, exr};
 use macula::metrics::{self, Comparison, error::ImagePair};
 use macula::scene::Scene;
 
-use crate::maker::{Recipe, largest_relative_difference, mean, means_agree, reduced};
+use crate::maker::{Recipe, bundled, largest_relative_difference, mean, means_agree, reduced};
 use crate::shared::shared;
 
 /// Pixels of the references across.
@@ -136,5 +136,38 @@ fn well_known_scenes_have_their_references_means() {
             short.is_err(),
             "{name}: paths of three surfaces are noticed"
         );
+    }
+}
+
+#[test]
+fn photon_mapping_has_the_oracle_s_mean_in_the_bundled_scenes() {
+    for name in ["cornell", "furnace", "gallery", "room"] {
+        let scene = Scene::load(&bundled(&format!("{name}.glb"))).unwrap();
+        let truths: Vec<[f64; 3]> = (1..=4)
+            .map(|seed| {
+                let recipe = Recipe::new("path").size(32, 32).set("path.samples", "48");
+                let recipe = recipe.set("path.caustic_photons", "200000");
+                let recipe = recipe.set("random.seed", &seed.to_string());
+                mean(&recipe.render_scene(&scene).image)
+            })
+            .collect();
+        let truth = [0, 1, 2].map(|c| truths.iter().map(|m| m[c]).sum::<f64>() / 4.0);
+        // The standard error of the truth's mean, as a share of it.
+        let noise = |c: usize| {
+            let squares = truths.iter().map(|m| (m[c] - truth[c]).powi(2));
+            (squares.sum::<f64>() / 12.0).sqrt() / truth[c]
+        };
+        let noise = (0..3).map(noise).fold(0.0, f64::max);
+        for (technique, tolerance) in [("pm-direct", 0.01), ("pm", 0.02)] {
+            let recipe = Recipe::new(technique).size(32, 32).passes(6);
+            let recipe = recipe.set("photon.count", "100000");
+            let recipe = recipe.set("gather.photons_per_estimate", "12");
+            let image = recipe.render_scene(&scene).image;
+            let tolerance = tolerance + 4.0 * noise;
+            means_agree(mean(&image), truth, tolerance)
+                .unwrap_or_else(|e| panic!("{name}, {technique}: {e}"));
+            let brighter = mean(&scaled(&image, (1.0 + 3.0 * tolerance) as f32));
+            assert!(means_agree(brighter, truth, tolerance).is_err());
+        }
     }
 }
