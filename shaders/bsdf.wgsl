@@ -26,7 +26,7 @@ struct Bsdf {
   f0: vec3f,             // Schlick at normal incidence, metal and coat mixed
   f90: f32,
   coat_f0: vec3f,        // the coat alone: what it reflects does not reach the Lambert lobe
-  coat_f90: f32,
+  coat_f90: f32,         // negative: an interface is in the coat's place, with minus this for its far side's index over the near one's
   transmission: vec3f,   // tint of what passes through
   ior: f32,
   emission: vec3f,       // W/(m2 sr) towards the ray that came
@@ -61,15 +61,14 @@ fn bsdf_at(surface: Surface) -> Bsdf {
     bsdf.f90 = mix(bsdf.coat_f90, 1.0, metallic);
     bsdf.alpha = roughness * roughness;
   }
-  if (HAS_TRANSMISSION && material.transmission > 0.0) {
+  if (HAS_TRANSMISSION && material.transmission > 0.0 && metallic < 1.0) {
     bsdf.transmission = base * ((1.0 - metallic) * material.transmission);
     bsdf.diffuse *= 1.0 - material.transmission;
     bsdf.ior = material.ior;
     bsdf.is_solid = (material.flags & MATERIAL_SOLID) != 0u;
     bsdf.absorption = material.absorption;
-    // The interface's own reflectance takes the coat's place.
     bsdf.coat_f0 = vec3f(0.0);
-    bsdf.coat_f90 = 0.0;
+    bsdf.coat_f90 = -select(material.ior, select(1.0 / material.ior, material.ior, surface.is_front), bsdf.is_solid);
   }
   return bsdf;
 }
@@ -87,8 +86,8 @@ fn stores_photons(material: u32) -> bool {
   let may_be_dielectric = m.metallic < 1.0 || m.metallic_roughness_texture >= 0;
   let has_lambert = any(m.base_color > vec3f(0.0)) && may_be_dielectric && m.transmission < 1.0;
   // A texture makes a lobe sharper only.
-  let has_rough_reflection = HAS_ROUGH && m.roughness * m.roughness >= GATHERED_ALPHA_MIN && m.transmission == 0.0
-    && (m.metallic > 0.0 || m.specular_factor > 0.0);
+  let has_rough_reflection = HAS_ROUGH && m.roughness * m.roughness >= GATHERED_ALPHA_MIN
+    && (m.transmission == 0.0 || m.metallic == 1.0) && (m.metallic > 0.0 || m.specular_factor > 0.0);
   return has_lambert || has_rough_reflection;
 }
 
@@ -132,16 +131,20 @@ fn ggx_reflection(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f) -> vec3f {
   return schlick(bsdf.f0, bsdf.f90, dot(wo, h)) * (d * g / (4.0 * cos_o * cos_i));
 }
 
-/// Lambert under the coat, 1/sr.
-fn lambert(bsdf: Bsdf, wo: vec3f, wi: vec3f) -> vec3f {
+/// Lambert under the coat, 1/sr, or under an interface, which light passes twice: alike both ways, and none where all is reflected.
+fn lambert(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f) -> vec3f {
   if (!HAS_SPECULAR) { return bsdf.diffuse / PI; }
+  if (HAS_TRANSMISSION && bsdf.coat_f90 < 0.0) {
+    let eta = -bsdf.coat_f90;
+    return bsdf.diffuse * ((1.0 - fresnel_dielectric(dot(n, wo), eta)) * (1.0 - fresnel_dielectric(dot(n, wi), eta)) / PI);
+  }
   let h = normalize(wo + wi);
   return bsdf.diffuse * ((1.0 - max_component(schlick(bsdf.coat_f0, bsdf.coat_f90, dot(wo, h)))) / PI);
 }
 
 /// The gathered lobes' BSDF, 1/sr.
 fn gathered_bsdf(bsdf: Bsdf, n: vec3f, wo: vec3f, wi: vec3f) -> vec3f {
-  var f = lambert(bsdf, wo, wi);
+  var f = lambert(bsdf, n, wo, wi);
   if (gathers_reflection(bsdf)) { f += ggx_reflection(bsdf, n, wo, wi); }
   return f;
 }

@@ -60,7 +60,7 @@ fn gather(receiver: Receiver, radius_m: f32) -> vec3f {
   let x_last = min(cell.x + 1, i32(photon_map.grids[CLASS].dimensions.x) - 1);
   let inverse_radius2 = 1.0 / (radius_m * radius_m);
   let plane_reach_m = photon_map.flatness * radius_m;
-  let is_lambert = !(HAS_SPECULAR && reflects(receiver.bsdf));
+  let is_lambert = !(HAS_SPECULAR && (reflects(receiver.bsdf) || receiver.bsdf.coat_f90 != 0.0));
   let tangents = frame_around(receiver.geometric_normal);
   var share = 1.0;
   for (var once = 0u; once < select(0u, 1u, receiver.is_cut); once++) { share = set_free_polygon(radius_m); }

@@ -23,13 +23,16 @@ struct Light {
   area_m2: f32,
   triangle: u32,            // for the texture coordinates of an emission texture
   emission_texture: i32,    // or -1
-  is_double_sided: u32,
+  sides: u32,               // that shine
   padding: u32,
 }
 const LIGHT_POINT: u32 = 0u;
 const LIGHT_SPOT: u32 = 1u;
 const LIGHT_DIRECTIONAL: u32 = 2u;
 const LIGHT_TRIANGLE: u32 = 3u;
+// Sides of a triangle that shine, by the turn of its edges in the scene; the front is one: 0.
+const BOTH_SIDES: u32 = 1u;
+const BACK_SIDE: u32 = 2u;
 
 @group(0) @binding(6) var<storage, read> lights: array<Light>;
 
@@ -75,7 +78,8 @@ fn sample_light(light: Light, point: vec3f, u: vec2f) -> LightSample {
     let distance_m = sqrt(distance2);
     let direction = to_light / max(distance_m, 1e-20);
     var cos_light = -dot(direction, normalize(cross(light.edge1, light.edge2)));
-    if (light.is_double_sided != 0u) { cos_light = abs(cos_light); }
+    if (light.sides == BOTH_SIDES) { cos_light = abs(cos_light); }
+    if (light.sides == BACK_SIDE) { cos_light = -cos_light; }
     let irradiance = emission_at(light, b) * (max(cos_light, 0.0) * light.area_m2 / max(distance2, 1e-20));
     return LightSample(direction, distance_m, irradiance);
   }
@@ -101,7 +105,8 @@ fn emit_photon(light: Light, u_position: vec2f, u_direction: vec2f, u_side: f32)
     let b = triangle_sample(u_position);
     var normal = normalize(cross(light.edge1, light.edge2));
     var sides = 1.0;
-    if (light.is_double_sided != 0u) { sides = 2.0; normal *= select(-1.0, 1.0, u_side < 0.5); }
+    if (light.sides == BOTH_SIDES) { sides = 2.0; normal *= select(-1.0, 1.0, u_side < 0.5); }
+    if (light.sides == BACK_SIDE) { normal = -normal; }
     let direction = frame_around(normal) * cosine_hemisphere_sample(u_direction);
     let position = light.position + b.x * light.edge1 + b.y * light.edge2;
     return Emitted(leave_surface(position, normal, direction), direction,

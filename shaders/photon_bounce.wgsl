@@ -55,7 +55,7 @@ fn bounce(index: u32) -> u32 {
     } else {
       leaves_gathered_lobe = true;
       let wi = frame_around(n) * cosine_hemisphere_sample(random_next4(&random).xy);
-      scatter = Scatter(wi, bsdf.diffuse * ((1.0 - reflectance) * total / diffused), false);
+      scatter = Scatter(wi, lambert(bsdf, n, wo, wi) * (PI * total / diffused), false);
     }
   } else {
     let reflected = select(0.0, luminance(schlick(bsdf.f0, bsdf.f90, dot(wo, n))), reflects(bsdf));
@@ -70,7 +70,7 @@ fn bounce(index: u32) -> u32 {
     } else {
       leaves_gathered_lobe = true;
       let wi = frame_around(n) * cosine_hemisphere_sample(u.xy);
-      scatter = Scatter(wi, lambert(bsdf, wo, wi) * (PI / (1.0 - chance)), false);
+      scatter = Scatter(wi, lambert(bsdf, n, wo, wi) * (PI / (1.0 - chance)), false);
     }
   }
   let flux_w = path.flux_w * scatter.weight;

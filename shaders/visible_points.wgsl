@@ -104,12 +104,11 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
         if (turn_way == 3u) { continue; }
         let weight = chain.throughput * select(way_weight, second_weight, turn == 0u);
         if (turn_way == 0u) {
-          let share = 1.0 - reflectance;
           // An interface's reflection is traced: only what lies under it is gathered.
           let gathered_f0 = select(bsdf.f0, vec3f(0.0), is_interface);
           let gathered_f90 = select(bsdf.f90, 0.0, is_interface);
           visible_points_[band_pixel + slot * band_pixel_count()] = VisiblePoint(
-            surface.position, pack_direction(n), weight * share, pack_direction(surface.geometric_normal),
+            surface.position, pack_direction(n), weight, pack_direction(surface.geometric_normal),
             bsdf.diffuse, pack_direction(wo), gathered_f0, pack2x16unorm(vec2f(bsdf.alpha, gathered_f90)), bsdf.coat_f0, bsdf.coat_f90);
           continue;
         }

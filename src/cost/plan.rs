@@ -73,7 +73,8 @@ fn range(from: &str, rest: &str) -> Option<Vec<String>> {
 /// # Errors
 /// [`CostError`]: a key twice, unknown or with a value that it can't have; too many combinations.
 pub fn factorial(base: &Setting, axes: &[Axis]) -> Result<Vec<Setting>, CostError> {
-    let count = axes.iter().map(|axis| axis.values.len()).product();
+    let lengths = axes.iter().map(|axis| axis.values.len());
+    let count = lengths.fold(1, usize::saturating_mul);
     if count > MAX_POINTS {
         return Err(CostError::TooManyPoints(count));
     }

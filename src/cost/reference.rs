@@ -1,13 +1,15 @@
 //! The truth that points are judged by: a file, or the oracle's own picture within a share of time.
 
+use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
-use super::CostError;
 use super::store::{read_json, write_json};
+use super::{CostError, store_error};
 use crate::image::{ImageSize, LinearImage, exr};
 use crate::oracle::{Oracle, PathSettings};
 use crate::scene::loaded::LoadedScene;
@@ -101,10 +103,33 @@ impl Reference {
     /// [`CostError`]: the place can't be written.
     pub fn keep(&self, folder: &Path) -> Result<(), CostError> {
         exr::write(&folder.join(PICTURE_FILE), &self.image)?;
-        if let Some(image) = &self.standard_error {
-            exr::write(&folder.join(STANDARD_ERROR_FILE), image)?;
+        let standard_error = folder.join(STANDARD_ERROR_FILE);
+        match &self.standard_error {
+            Some(image) => exr::write(&standard_error, image)?,
+            // Another reference's must not stand beside this one.
+            None if standard_error.is_file() => fs::remove_file(&standard_error)
+                .map_err(store_error("remove the file", &standard_error))?,
+            None => {}
         }
         write_json(&folder.join(ORIGIN_FILE), &self.origin)
+    }
+
+    /// SHA-256 of the picture and its standard error, as lower-case hex: what points are judged by.
+    pub fn sha256(&self) -> String {
+        let mut hasher = Sha256::new();
+        for picture in std::iter::once(&self.image).chain(&self.standard_error) {
+            hasher.update(bytemuck::cast_slice::<f32, u8>(picture.rgb.as_flattened()));
+        }
+        let digest = hasher.finalize();
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Whether it is worth keeping where the oracle is given so much time now.
+    pub fn is_worth(&self, limit: Duration) -> bool {
+        match self.origin {
+            Origin::Oracle { seconds, .. } => seconds >= limit.as_secs(),
+            Origin::File { .. } => true,
+        }
     }
 
     /// Traces paths from the eye for that long, one a pixel at a time, so that the scatter of the estimates gives the standard error.

@@ -71,14 +71,20 @@ pub struct Store {
     folder: PathBuf,
     study: Study,
     device: String,
+    reference_sha256: String,
 }
 
 impl Store {
-    /// Opens the store in a folder, for points measured on `device`.
+    /// Opens the store in a folder, for points measured on `device` and judged by the reference of that SHA-256.
     ///
     /// # Errors
     /// [`CostError::Store`].
-    pub fn open(folder: &Path, study: Study, device: String) -> Result<Self, CostError> {
+    pub fn open(
+        folder: &Path,
+        study: Study,
+        device: String,
+        reference_sha256: String,
+    ) -> Result<Self, CostError> {
         let points = folder.join(POINTS_FOLDER);
         fs::create_dir_all(&points).map_err(store_error("create the folder", &points))?;
         write_json(&folder.join(STUDY_FILE), &study)?;
@@ -86,6 +92,7 @@ impl Store {
             folder: folder.into(),
             study,
             device,
+            reference_sha256,
         })
     }
 
@@ -104,7 +111,8 @@ impl Store {
         let study = serde_json::to_string(&self.study).unwrap_or_default();
         let setting = setting.clone().normalised();
         hasher.update(format!(
-            "{MEASUREMENT_VERSION}\n{study}\n{}\n{}\n{}\n{}\n{}",
+            "{MEASUREMENT_VERSION}\n{study}\n{}\n{}\n{}\n{}\n{}\n{}",
+            self.reference_sha256,
             self.device,
             setting.technique,
             setting.size,
@@ -198,7 +206,7 @@ mod tests {
     #[test]
     fn a_point_is_found_again_and_a_torn_one_is_not() {
         let home = tempfile::tempdir().unwrap();
-        let store = Store::open(home.path(), study(), "gpu".into()).unwrap();
+        let store = Store::open(home.path(), study(), "gpu".into(), "reference".into()).unwrap();
         let key = store.key(&setting());
         assert_eq!(store.find(&key).unwrap(), None);
         let kept = Point {
@@ -215,10 +223,15 @@ mod tests {
     #[test]
     fn a_key_changes_with_all_that_a_point_depends_on_and_with_nothing_else() {
         let home = tempfile::tempdir().unwrap();
-        let open = |study, device: &str| Store::open(home.path(), study, device.into()).unwrap();
+        let open = |study, device: &str| {
+            Store::open(home.path(), study, device.into(), "reference".into()).unwrap()
+        };
         let first = open(study(), "gpu").key(&setting());
         assert_eq!(open(study(), "gpu").key(&setting()), first);
         assert_ne!(open(study(), "other").key(&setting()), first);
+        let judged_by_another =
+            Store::open(home.path(), study(), "gpu".into(), "another".into()).unwrap();
+        assert_ne!(judged_by_another.key(&setting()), first);
         for (key, value) in [
             ("technique", "pm"),
             ("size", "8x8"),
@@ -238,7 +251,7 @@ mod tests {
     fn studies_of_two_scenes_are_told_apart() {
         let home = tempfile::tempdir().unwrap();
         assert_eq!(Study::read(home.path()).unwrap(), None);
-        Store::open(home.path(), study(), "gpu".into()).unwrap();
+        Store::open(home.path(), study(), "gpu".into(), "reference".into()).unwrap();
         let read = Study::read(home.path()).unwrap().unwrap();
         assert_eq!(read.difference(&study()), None);
         let other = Study {

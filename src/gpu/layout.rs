@@ -133,7 +133,7 @@ shared_struct! {
         area_m2: f32,
         triangle: u32,
         emission_texture: i32,
-        is_double_sided: u32,
+        sides: u32,
         padding: u32,
     }
 }

@@ -44,7 +44,7 @@ pub struct Interface {
 pub struct Bsdf {
     /// Albedo of the Lambert part, before coat or interface take their share.
     pub albedo: DVec3,
-    /// Reflectance of the dielectric coat, which the Lambert part does not get.
+    /// Reflectance of the dielectric coat, which the Lambert part does not get; an interface takes its place.
     pub coat: Schlick,
     /// Reflectance of coat and metal.
     pub reflection: Schlick,
@@ -142,28 +142,14 @@ impl Bsdf {
         }
     }
 
-    /// The share of light from `wo` that an interface lets through to what lies under it.
-    fn share_below(&self, interface: &Interface, n: DVec3, wo: DVec3) -> f64 {
-        if self.is_smooth() {
-            return 1.0 - fresnel(wo.dot(n), interface.ior);
-        }
-        // The mean over the visible microfacets, by 64 equal parts of the unit square.
-        let mean_over = 8;
-        let part = |i: i32| (f64::from(i) + 0.5) / f64::from(mean_over);
-        let sum: f64 = (0..mean_over * mean_over)
-            .map(|i| {
-                let u = [part(i % mean_over), part(i / mean_over)];
-                let h = microfacet_normal(n, wo, self.alpha, u);
-                1.0 - fresnel(wo.dot(h), interface.ior)
-            })
-            .sum();
-        sum / f64::from(mean_over * mean_over)
-    }
-
     /// The Lambert part, 1/sr.
     fn lambert(&self, n: DVec3, wo: DVec3, wi: DVec3) -> DVec3 {
         let share = match &self.interface {
-            Some(interface) => self.share_below(interface, n, wo),
+            // Light passes twice: alike both ways, and none where all is reflected.
+            Some(interface) => {
+                let passed = |direction: DVec3| 1.0 - fresnel(direction.dot(n), interface.ior);
+                passed(wo) * passed(wi)
+            }
             None => 1.0 - self.coat.at(wo.dot((wo + wi).normalize())).max_element(),
         };
         self.albedo * (share / PI)

@@ -30,6 +30,8 @@ struct Photon {
     /// Unit, to where it came from.
     wi: DVec3,
     flux_w: DVec3,
+    /// Surfaces that scattered it on its way.
+    depth: u32,
 }
 
 /// Photons of one pass.
@@ -75,8 +77,8 @@ impl Caustics {
         }
     }
 
-    /// Radiance that a surface reflects (or lets through) of them towards `wo`, W/(m² sr).
-    pub fn radiance(&self, surface: &Surface, bsdf: &Bsdf, wo: DVec3) -> DVec3 {
+    /// Radiance that a surface reflects (or lets through) towards `wo`, W/(m² sr), of those that met `depth_max` surfaces before at most.
+    pub fn radiance(&self, surface: &Surface, bsdf: &Bsdf, wo: DVec3, depth_max: u32) -> DVec3 {
         // Cells are as wide as the disc: it reaches into two along each axis at most.
         let lowest = cell(surface.position - self.radius_m, self.radius_m);
         let mut sum = DVec3::ZERO;
@@ -91,7 +93,8 @@ impl Caustics {
                 let faces = photon.geometric_normal.dot(surface.geometric_normal).abs();
                 let is_reflected = photon.wi.dot(surface.shading_normal) > 0.0;
                 let is_consistent = is_reflected == (photon.wi.dot(surface.geometric_normal) > 0.0);
-                if is_near && faces >= NORMAL_COS_MIN && is_consistent {
+                let is_short = photon.depth <= depth_max;
+                if is_near && is_short && faces >= NORMAL_COS_MIN && is_consistent {
                     sum += photon.flux_w * bsdf.evaluate(surface.shading_normal, wo, photon.wi);
                 }
             }
@@ -136,6 +139,7 @@ fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
                 geometric_normal: surface.geometric_normal,
                 wi: -ray.direction,
                 flux_w,
+                depth,
             });
         }
         let Some(sample) = bsdf.sample(surface.shading_normal, -ray.direction, random) else {

@@ -101,14 +101,20 @@ impl Lights {
                 if exitance.is_nan() || exitance <= 0.0 {
                     continue;
                 }
-                let corners = mesh.corners(triangle).map(|corner| {
+                let mut corners = mesh.corners(triangle).map(|corner| {
                     let corner = corner.as_dvec3();
                     place.map_or(corner, |map| map.transform_point3(corner))
                 });
+                let mut texcoords = mesh.triangles[triangle]
+                    .map(|vertex| mesh.texcoords[vertex as usize].as_dvec2());
+                if place.is_some_and(|map| map.matrix3.determinant() < 0.0) {
+                    // A mirrored triangle turns the other way round, and keeps its front.
+                    corners.swap(1, 2);
+                    texcoords.swap(1, 2);
+                }
                 let light = Light::Triangle {
                     corners,
-                    texcoords: mesh.triangles[triangle]
-                        .map(|vertex| mesh.texcoords[vertex as usize].as_dvec2()),
+                    texcoords,
                     material: *material as usize,
                 };
                 if all.add(light, exitance * area_m2(corners)) {

@@ -103,7 +103,8 @@ pub(super) fn bsdf(scene: &Scene, surface: &Surface) -> Bsdf {
         f0: (normal_reflectance * material.specular_color.as_dvec3()).min(DVec3::ONE) * strength,
         f90: strength,
     };
-    let interface = (transmission > 0.0).then(|| Interface {
+    // A metal lets nothing through.
+    let interface = (transmission > 0.0 && metallic < 1.0).then(|| Interface {
         tint: dielectric * transmission,
         ior: if surface.is_front || !material.is_solid {
             ior

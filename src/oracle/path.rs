@@ -119,7 +119,10 @@ impl<'a> Oracle<'a> {
         let scene = self.geometry.scene;
         let is_specular = |material: &Material| {
             let reflects = material.metallic > 0.0 || material.specular_factor > 0.0;
-            material.may_be_smooth() && (reflects || material.transmission > 0.0)
+            let transmits = material.transmission > 0.0;
+            // A thin wall passes light straight on, however rough it is.
+            (transmits && !material.is_solid)
+                || (material.may_be_smooth() && (reflects || transmits))
         };
         let is_needed = self.lights.has_punctual() && scene.materials.iter().any(is_specular);
         (is_needed && settings.caustic_photons > 0).then(|| {
@@ -174,7 +177,12 @@ impl<'a> Oracle<'a> {
             let bsdf = material::bsdf(scene, &surface);
             let (n, wo) = (surface.shading_normal, -ray.direction);
             if let Some(caustics) = caustics.filter(|_| bsdf.is_spread()) {
-                radiance += throughput * caustics.radiance(&surface, &bsdf, wo);
+                // This surface scatters too, as did those before it.
+                let others = match depth_max {
+                    0 => u32::MAX,
+                    most => most - depth - 1,
+                };
+                radiance += throughput * caustics.radiance(&surface, &bsdf, wo, others);
             }
             if bsdf.is_spread()
                 && let Some(light) = self.lights.sample(&self.geometry, surface.position, random)

@@ -12,6 +12,11 @@ const KIND_POINT: u32 = 0;
 const KIND_SPOT: u32 = 1;
 const KIND_DIRECTIONAL: u32 = 2;
 pub(super) const KIND_TRIANGLE: u32 = 3;
+/// Sides of a triangle that shine, by the turn of its edges as they stand in the scene: a mirrored one keeps its front, but turns the
+/// other way round (shaders/lights.wgsl).
+const FRONT_SIDE: u32 = 0;
+const BOTH_SIDES: u32 = 1;
+const BACK_SIDE: u32 = 2;
 
 /// An emissive triangle as it lies in the GPU's triangle arrays.
 #[derive(Clone, Copy, Debug)]
@@ -115,7 +120,11 @@ pub fn build(
             area_m2,
             triangle: source.triangle,
             emission_texture,
-            is_double_sided: u32::from(material.double_sided),
+            sides: match (material.double_sided, map.matrix3.determinant() < 0.0) {
+                (true, _) => BOTH_SIDES,
+                (false, false) => FRONT_SIDE,
+                (false, true) => BACK_SIDE,
+            },
             ..Light::default()
         };
         records.push((record, power));

@@ -10,6 +10,7 @@ mod geometry;
 mod image_sizes;
 mod intensities;
 mod invariances;
+mod mixtures;
 mod photons_and_lights;
 mod poses_and_views;
 mod roughness;
@@ -41,6 +42,7 @@ fn the_suite_counts_its_cases() {
         ("image sizes", image_sizes::cases().len()),
         ("intensities", intensities::cases().len()),
         ("invariances", invariances::variants().len()),
+        ("mixtures", mixtures::cases().len()),
         ("photons and lights", photons_and_lights::cases().len()),
         ("poses and views", poses_and_views::cases().len()),
         ("roughness", roughness::cases().len()),

@@ -383,7 +383,7 @@ fn the_shaders_light_samples_bring_what_the_lights_shine() {
   light.emission_texture = -1;
   light.spot_scale = 2.5;
   light.spot_offset = -1.25;
-  light.is_double_sided = 1u;
+  light.sides = BOTH_SIDES;
   let light_sample = sample_light(light, vec3f(0.0), q.u.xy);
   answer.direction = light_sample.direction;
   answer.weight = light_sample.irradiance.x;

@@ -69,17 +69,25 @@ pub struct Args {
     #[arg(long, value_name = "FILE.exr")]
     pub reference: Option<PathBuf>,
     /// Time for the reference where none is given: paths traced on the processor.
-    #[arg(long, value_name = "S", default_value = "90", value_parser = positive)]
-    pub reference_seconds: f64,
+    #[arg(long, value_name = "S", default_value = "90", value_parser = seconds)]
+    pub reference_seconds: Duration,
     /// Time for one point, at least five frames.
-    #[arg(long, value_name = "S", default_value = "2.5", value_parser = positive)]
-    pub point_seconds: f64,
+    #[arg(long, value_name = "S", default_value = "2.5", value_parser = seconds)]
+    pub point_seconds: Duration,
     /// Time for the search of --budget-ms.
-    #[arg(long, value_name = "S", default_value = "180", value_parser = positive)]
-    pub search_seconds: f64,
+    #[arg(long, value_name = "S", default_value = "180", value_parser = seconds)]
+    pub search_seconds: Duration,
     /// The folder to write.
     #[arg(long, value_name = "DIR", required_unless_present = "check_budget")]
     pub out: Option<PathBuf>,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    positive(text)
+        .ok()
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .filter(|seconds| !seconds.is_zero())
+        .ok_or_else(|| "a number of seconds above 0, such as 90 or 2.5".into())
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -172,7 +180,7 @@ fn bench<'a>(
         scene,
         camera,
         gaze_dir_in_view: gaze.dir_in_view().as_vec3(),
-        point_limit: Duration::from_secs_f64(args.point_seconds),
+        point_limit: args.point_seconds,
         interrupted,
     }
 }

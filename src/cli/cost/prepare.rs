@@ -2,7 +2,6 @@
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 
 use super::super::common::ImageSize;
 use super::super::compare::GazeAngles;
@@ -110,7 +109,10 @@ pub(super) fn reference(
         reference.keep(folder)?;
         return Ok(Some(reference));
     }
-    if let Some(kept) = Reference::kept(folder)? {
+    // More time than before asks for another reference, and points are judged anew.
+    if let Some(kept) = Reference::kept(folder)?
+        && kept.is_worth(args.reference_seconds)
+    {
         return Ok(Some(kept));
     }
     /// Steps of the bar.
@@ -123,7 +125,7 @@ pub(super) fn reference(
         size,
         // Another seed than the frames': a path tracer must not be judged by its own random numbers.
         !base.params.random.seed,
-        Duration::from_secs_f64(args.reference_seconds),
+        args.reference_seconds,
         interrupted,
         |share| {
             let steps = (share * STEPS as f64) as u64;

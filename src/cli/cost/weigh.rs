@@ -52,7 +52,6 @@ pub(super) fn run(
 
     let angles_rad = prepare::angles_rad(base, &study, &camera, gaze)?;
     let device = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
-    let store = Store::open(output.path(), study.clone(), device)?;
     let started = Instant::now();
     let reference = prepare::reference(
         args,
@@ -70,6 +69,7 @@ pub(super) fn run(
     };
     let timed = started.elapsed().as_secs_f64();
     record.timings_s.insert("reference".into(), timed);
+    let store = Store::open(output.path(), study.clone(), device, reference.sha256())?;
     let origin = reference.origin.clone();
     let judge = Judge::new(reference, &angles_rad, prepare::limits(base))?;
     let bench = bench(&gpu, &loaded, &camera, gaze, args, interrupted);
@@ -166,7 +166,7 @@ fn search_on(
             "searching for {} ms",
             sentences::number(budget_ms)
         ));
-        let limit = Duration::from_secs_f64(args.search_seconds);
+        let limit = args.search_seconds;
         let chosen = choose(campaign, judge, budget_ms, limit, progress)?;
         let Some(chosen) = chosen else {
             return Ok((None, Vec::new()));

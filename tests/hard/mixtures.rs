@@ -1,0 +1,107 @@
+//! Materials that are several things at once, panes that are rough and thin, and lamps that are mirrored as they move.
+
+use glam::Vec3;
+use macula::scene::Scene;
+use serde_json::{Value, json};
+
+use crate::maker::{Stage, glowing, lambert};
+use crate::runner::{Case, Control, Expected, hold};
+use crate::stages::{LAMP_M, above, floor, furnace};
+
+/// A pane between lamp and floor, and the eye under it.
+fn floor_behind(pane: Value) -> Scene {
+    let corner = Vec3::new(-1.9, 1.0, 1.9);
+    let eye = Stage::new(0.9 * Vec3::Y, Vec3::ZERO);
+    floor(eye)
+        .quad(corner, 3.8 * Vec3::X, -3.8 * Vec3::Z, pane)
+        .point_light(LAMP_M, 5.0)
+        .load()
+}
+
+/// A thin wall that lets light through as it comes.
+fn thin_pane(roughness: f32) -> Value {
+    let mut pane = lambert([1.0; 3]);
+    pane["pbrMetallicRoughness"]["roughnessFactor"] = json!(roughness);
+    pane["extensions"] = json!({
+        "KHR_materials_transmission": {"transmissionFactor": 1.0},
+        "KHR_materials_ior": {"ior": 1.5},
+    });
+    pane
+}
+
+/// A lamp that faces the floor beside a wall and turns to its mirror image, or its plain self, moving a little.
+fn moving_lamp(is_mirrored: bool) -> Scene {
+    let mut lamp = glowing([8.0; 3]);
+    lamp["doubleSided"] = json!(false);
+    let mut stage = floor(above()).quad(
+        Vec3::new(-0.2, 1.2, -0.2),
+        0.4 * Vec3::X,
+        0.4 * Vec3::Z,
+        lamp,
+    );
+    let node = stage.glb.json["nodes"].as_array().unwrap().len() - 1;
+    stage.glb.json["nodes"][node]["scale"] = match is_mirrored {
+        true => json!([-1.0, 1.0, 1.0]),
+        false => json!([1.0, 1.0, 1.0]),
+    };
+    let places = [[0.0f32; 3], [0.0, 0.1, 0.0]];
+    stage
+        .glb
+        .animate(node, "translation", "LINEAR", &[0.0, 1.0], &places);
+    stage.load()
+}
+
+/// A cube in the furnace of a transmissive material.
+fn cube(metallic: f32, roughness: f32, transmission: f32) -> Scene {
+    let material = json!({
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.8, 0.8, 0.8, 1.0], "metallicFactor": metallic, "roughnessFactor": roughness,
+        },
+        "extensions": {
+            "KHR_materials_transmission": {"transmissionFactor": transmission},
+            "KHR_materials_volume": {"thicknessFactor": 1.0},
+        },
+    });
+    furnace()
+        .cuboid(Vec3::ZERO, Vec3::splat(0.4), material)
+        .load()
+}
+
+pub fn cases() -> Vec<Case> {
+    let case = |name, scene| {
+        Case::new(name, scene, Expected::Oracle)
+            .set("photon.count", "16000")
+            .set("eye.chain_max", "64")
+            .control(Control::Brighter(1.4))
+    };
+    let same_lamp = Box::new(moving_lamp(false));
+    vec![
+        case(
+            "a lamp behind a smooth thin pane",
+            floor_behind(thin_pane(0.0)),
+        ),
+        case(
+            "a lamp behind a rough thin pane",
+            floor_behind(thin_pane(0.5)),
+        ),
+        Case::new(
+            "a one-sided lamp that moves and is mirrored",
+            moving_lamp(true),
+            Expected::Like(same_lamp),
+        )
+        .set("photon.count", "16000")
+        .control(Control::Brighter(1.3)),
+        case(
+            "a rough metal that would let light through",
+            cube(1.0, 0.6, 0.5),
+        ),
+        case("a mirror that would let light through", cube(1.0, 0.0, 0.5)),
+        case("milk glass", cube(0.0, 0.0, 0.5)),
+        case("frosted milk glass", cube(0.0, 0.5, 0.5)),
+    ]
+}
+
+#[test]
+fn materials_may_be_several_things_at_once_and_lamps_may_be_mirrored() {
+    hold("mixtures", cases());
+}
