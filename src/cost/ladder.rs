@@ -11,6 +11,11 @@ pub struct Ladder {
 }
 
 impl Ladder {
+    /// What it varies.
+    pub fn key(&self) -> &'static str {
+        self.key
+    }
+
     /// The ladders that a technique can climb; pictures grow to the size of the reference.
     pub fn all(technique: &str, reference: ImageSize) -> Vec<Self> {
         let doubling = |from: u32, to: u32| -> Vec<String> {

@@ -14,7 +14,7 @@ use super::setting::Setting;
 /// The least share of the budget that a chosen setting should use, if its knobs allow it.
 pub const FILL_MIN: f64 = 0.85;
 /// The share of the budget that is aimed at: times scatter.
-const FILL_AIM: f64 = 0.93;
+pub const FILL_AIM: f64 = 0.93;
 /// An error that is not smaller by this factor is not better: errors scatter too.
 const BETTER: f64 = 0.98;
 /// How far a start that is too slow is scaled down, one after the other until it meets the budget.

@@ -63,7 +63,7 @@ pub fn of_budget(budget: &Budget) -> Vec<String> {
     let share = budget.frame_ms / budget.budget_ms;
     said.push(match budget.is_met {
         true => format!(
-            "The best setting found for {asked} ms is {}. Measured again after it was chosen: {took} ms of {asked} (half of its frames \
+            "The best setting found for {asked} ms (the periphery is not weighed) is {}. Measured again after it was chosen: {took} ms of {asked} (half of its frames \
              between {} and {}), foveal error {}.",
             budget.label,
             number(budget.q25_ms),

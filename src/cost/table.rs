@@ -178,6 +178,11 @@ pub fn fits(points: &[Point]) -> Vec<Fit> {
 }
 
 impl Outcome {
+    /// The budget and its choice, where it was kept when it was measured again.
+    pub fn kept_budget(&self) -> Option<&Budget> {
+        self.budget.as_ref().filter(|budget| budget.is_met)
+    }
+
     /// The cells of the points, in the order of [`COLUMNS`]; empty where a technique or a picture has no such thing.
     pub fn rows(&self) -> Vec<Vec<String>> {
         let row = |point: &Point| self.row(point);

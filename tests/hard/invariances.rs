@@ -107,28 +107,24 @@ impl Room {
         })
     }
 
-    /// One mesh for the three walls, which stand as its instances.
+    /// One mesh, whose three instances are the block's faces.
     fn instances(&self) -> Stage {
+        let (walls, faces) = self.quads.split_at(3);
         let rest = Room {
-            quads: self.quads[3..].to_vec(),
+            quads: walls.to_vec(),
             lamps: self.lamps.clone(),
             ..*self
         };
         let mut stage = rest.stage();
-        let first = stage.glb.json["meshes"].as_array().unwrap().len();
-        for (corner, u, v, albedo) in &self.quads[..3] {
+        let unit = [Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y].map(|p| p.to_array());
+        stage.glb.mesh("face", &unit, &[0, 1, 2, 0, 2, 3]);
+        let mesh = stage.glb.json["meshes"].as_array().unwrap().len() - 1;
+        let (.., albedo) = faces[0];
+        let material = stage.glb.push("materials", lambert(albedo));
+        stage.glb.json["meshes"][mesh]["primitives"][0]["material"] = json!(material);
+        for (corner, u, v, of_face) in faces {
+            assert_eq!(*of_face, albedo, "instances share their material");
             let turn = glam::Mat3::from_cols(u.normalize(), v.normalize(), u.cross(*v).normalize());
-            let unit = [Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y].map(|p| p.to_array());
-            // A mesh has its material: instances of another colour share its accessors.
-            if stage.glb.json["meshes"].as_array().unwrap().len() == first {
-                stage.glb.mesh("wall", &unit, &[0, 1, 2, 0, 2, 3]);
-            } else {
-                let copy = stage.glb.json["meshes"][first].clone();
-                stage.glb.push("meshes", copy);
-            }
-            let mesh = stage.glb.json["meshes"].as_array().unwrap().len() - 1;
-            let material = stage.glb.push("materials", lambert(*albedo));
-            stage.glb.json["meshes"][mesh]["primitives"][0]["material"] = json!(material);
             stage.glb.root(json!({
                 "mesh": mesh, "translation": corner.to_array(), "rotation": Quat::from_mat3(&turn).to_array(),
                 "scale": [u.length(), v.length(), 1.0],
@@ -163,7 +159,7 @@ pub fn variants() -> Vec<(&'static str, Scene)> {
         ),
         ("every triangle a mesh", room().in_pieces(false).load()),
         ("triangles in another order", room().in_pieces(true).load()),
-        ("walls as instances", room().instances().load()),
+        ("faces as instances of one mesh", room().instances().load()),
     ]
 }
 

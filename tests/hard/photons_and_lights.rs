@@ -62,7 +62,7 @@ pub fn cases() -> Vec<Case> {
             .control(Control::Scene(dark()))
     };
     vec![
-        Case::new("no photons", lit_floor(), Expected::BlackOr(right))
+        Case::new("no photons", lit_floor(), Expected::WithoutPhotons(right))
             .set("photon.count", "0")
             .control(Control::Added(0.2)),
         Case::new("a floor and a lamp", lit_floor(), Expected::Mean(right)),

@@ -55,7 +55,7 @@ pub struct Args {
     #[arg(value_name = "REFERENCE.exr|DIR")]
     pub reference: PathBuf,
     /// Where the eye looked, in degrees right and up of the picture's axis: judge fovea, transition and periphery too (their limits are
-    /// `fovea.radius_deg` and `fovea.transition_deg`). In a sequence it holds for all frames.
+    /// `fovea.radius_deg` and `fovea.transition_deg`). Needs --vfov. In a sequence it holds for all frames.
     #[arg(
         long,
         value_name = "AZ,EL",
@@ -63,7 +63,7 @@ pub struct Args {
         allow_hyphen_values = true
     )]
     pub gaze: Option<GazeAngles>,
-    /// The picture's vertical field of view, in degrees.
+    /// The picture's vertical field of view, in degrees: of a camera, what `macula inspect SCENE` tells under Cameras.
     #[arg(long, value_name = "DEG", requires = "gaze", value_parser = parse_vfov_deg)]
     pub vfov: Option<f32>,
     /// The standard error of each value of the reference, by which its noise is taken off the errors: a file, `beside` for NAME.se.exr

@@ -44,7 +44,8 @@ pub struct Args {
     /// radius, depth). FROM..TO*FACTOR stands for a range. May be repeated.
     #[arg(long, value_name = "KEY=V1,V2,..")]
     pub sweep: Vec<String>,
-    /// Find the setting with the least foveal error within this frame time, measure it again, and write it as best.toml.
+    /// Find the setting with the least foveal error within this frame time, measure it again, and write it as best.toml. The periphery is
+    /// not weighed. Photons, samples, radius, depth and, unless --size or --sweep size= says it, the pictures' size are searched.
     #[arg(long, value_name = "MS", value_parser = positive)]
     pub budget_ms: Option<f64>,
     /// Find the time that each technique of the sweep needs for this relative mean squared error in the fovea.

@@ -105,7 +105,14 @@ pub(super) fn run(
     }
     let folder = output.finish(&record)?;
     write::tell(&folder, &outcome, globals);
-    Ok(())
+    match &outcome.budget {
+        Some(budget) if !budget.is_met => Err(CliError::new(format!(
+            "no setting kept {} ms; there is no best.toml. {} tells what was tried",
+            budget.budget_ms,
+            folder.join("report.html").display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// What was measured, and what was chosen from it.
@@ -167,7 +174,7 @@ fn search_on(
             sentences::number(budget_ms)
         ));
         let limit = args.search_seconds;
-        let chosen = choose(campaign, judge, budget_ms, limit, progress)?;
+        let chosen = choose(args, campaign, judge, budget_ms, limit, progress)?;
         let Some(chosen) = chosen else {
             return Ok((None, Vec::new()));
         };
@@ -202,6 +209,7 @@ const SHARES: [f64; 2] = [0.65, 1.0];
 /// The best setting for a frame time: from the best points of the most promising techniques, within the time. `None` if it was
 /// interrupted.
 fn choose(
+    args: &Args,
     campaign: &mut Campaign<'_>,
     judge: &Judge,
     budget_ms: f64,
@@ -214,7 +222,7 @@ fn choose(
     for (place, start) in starts.into_iter().enumerate() {
         let end = limit.mul_f64(SHARES[place]);
         let is_over = || started.elapsed() > end;
-        let ladders = Ladder::all(start.setting.technique, judge.size());
+        let ladders = ladders(args, &start, judge);
         let mut try_it = |setting: &Setting| {
             progress.borrow().advance(1);
             let point = campaign.point(setting)?;
@@ -225,10 +233,14 @@ fn choose(
             None => return Ok(None),
         }
     }
-    let Some(best) = search::best(found, budget_ms) else {
+    // Whatever was measured may be the best: a point of the sweep, or of an earlier run.
+    for point in campaign.points() {
+        found.push(campaign.trial(point)?);
+    }
+    let Some(best) = search::best(found, search::FILL_AIM * budget_ms) else {
         return Ok(None);
     };
-    let ladders = Ladder::all(best.setting.technique, judge.size());
+    let ladders = ladders(args, &best, judge);
     let mut try_afresh = |setting: &Setting| {
         progress.borrow().advance(1);
         let point = campaign.fresh_point(setting)?;
@@ -238,6 +250,16 @@ fn choose(
         return Ok(None);
     };
     campaign.point(&chosen.setting)
+}
+
+/// The knobs that a search may turn: the size only where the user left it open.
+fn ladders(args: &Args, start: &Trial, judge: &Judge) -> Vec<Ladder> {
+    let mut ladders = Ladder::all(start.setting.technique, judge.size());
+    let is_swept = args.sweep.iter().any(|sweep| sweep.starts_with("size="));
+    if args.size.is_some() || is_swept {
+        ladders.retain(|ladder| ladder.key() != "size");
+    }
+    ladders
 }
 
 /// The most promising point of each technique, of the most promising techniques.

@@ -13,7 +13,7 @@ use crate::cost::table::{self, Budget, Outcome};
 /// Writes everything into the folder.
 pub(super) fn all(outcome: &Outcome, store: &Store, judge: &Judge, folder: &Path) -> CliResult {
     outcome.write(folder)?;
-    if let Some(budget) = &outcome.budget {
+    if let Some(budget) = outcome.kept_budget() {
         best(outcome, budget, folder)?;
     }
     page::of(outcome, store, judge)?.write(&folder.join("report.html"))?;
@@ -57,7 +57,7 @@ fn best(outcome: &Outcome, budget: &Budget, folder: &Path) -> CliResult {
 
 /// Says what was found and where it is.
 pub(super) fn tell(folder: &Path, outcome: &Outcome, globals: &Globals) {
-    let best = outcome.budget.as_ref().map(|_| folder.join("best.toml"));
+    let best = outcome.kept_budget().map(|_| folder.join("best.toml"));
     if globals.json {
         println!(
             "{}",
@@ -88,7 +88,12 @@ pub(super) fn tell(folder: &Path, outcome: &Outcome, globals: &Globals) {
         outcome.reused,
         folder.join("report.html").display()
     );
-    if let Some(best) = best {
-        println!("parameters: {}", best.display());
+    if let (Some(best), Some(budget)) = (best, &outcome.budget) {
+        let best = best.display();
+        println!("parameters: {best}");
+        println!(
+            "check them: macula cost SCENE --params {best} --check-budget {}",
+            budget.budget_ms
+        );
     }
 }
