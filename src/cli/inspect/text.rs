@@ -152,18 +152,27 @@ impl Inspection {
 fn price(cost: &EffectCost) -> String {
     let [low, high] = cost.time_ratio_quartiles;
     // The share of the frame that has the effect.
-    let percent = 100.0 * (1.0 - 1.0 / cost.time_ratio);
+    let percent = |ratio: f64| format!("{:.0}", 100.0 * (1.0 - 1.0 / ratio));
     let verb = if cost.on { "costs" } else { "saves" };
     if low == high && cost.bytes == Some(0) {
-        return format!("{verb} nothing: it shares its code with others, or has none in a still");
+        return format!(
+            "{verb} nothing by itself: its code is another effect's too, or a still has none"
+        );
     }
     let time = match low <= 1.0 && 1.0 <= high {
         true => "no time that noise lets see".to_owned(),
-        false => format!("{percent:.1} % of a frame"),
+        false => format!(
+            "{} % of a frame ({} to {})",
+            percent(cost.time_ratio),
+            percent(low),
+            percent(high)
+        ),
     };
     let memory = match cost.bytes {
-        Some(bytes) => format!(", {:.1} MiB", bytes as f64 / f64::from(1 << 20)),
-        None => String::new(),
+        Some(bytes) if bytes.abs() >= 1 << 16 => {
+            format!(", {:.1} MiB", bytes as f64 / f64::from(1 << 20))
+        }
+        _ => String::new(),
     };
     format!("{verb} {time}{memory}")
 }
