@@ -308,6 +308,23 @@ fn a_budget_is_searched_confirmed_and_written_as_parameters_that_render_takes() 
 }
 
 #[test]
+fn a_budget_that_nothing_keeps_ends_with_an_error_and_without_parameters() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    let missed = cost(
+        &out,
+        "--sweep photons=100 --budget-ms 0.001 --search-seconds 1",
+    );
+    let errors = missed.errors();
+    assert_eq!(missed.code, Some(1), "{errors:?}");
+    assert!(
+        errors.iter().any(|line| line.contains("0.001 ms")),
+        "{errors:?}"
+    );
+    assert!(out.join("report.html").is_file() && !out.join("best.toml").exists());
+}
+
+#[test]
 fn techniques_are_brought_to_one_error_and_to_one_time() {
     let home = tempfile::tempdir().unwrap();
     let out = home.path().join("out");
