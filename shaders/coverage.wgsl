@@ -13,7 +13,7 @@ const COVERAGE_HEIGHT: f32 = 0.1;
 /// Halvings of the distance in which an edge is sought.
 const EDGE_STEPS: u32 = 5u;
 
-/// How far the surface is free along each coverage ray, metres and up to the global radius, where something cuts the disc.
+/// How far the surface is free along each coverage ray, metres and up to the disc's radius, where something cuts it.
 var<private> free_m: array<f32, COVERAGE_RAYS_MAX>;
 /// Corners of the free polygon of one radius, metres from the middle in the tangent plane; the first one again at the end.
 var<private> free_corners: array<vec2f, COVERAGE_RAYS_MAX + 1u>;

@@ -107,7 +107,8 @@ fn density_estimate(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups
   let slot = eye_thread(group, groups, local);
   if (slot >= slots_a_pixel() * band_pixel_count()) { return; }
   let point = visible_points_[slot];
-  if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u || !has_photons_near(point.position)) { return; }
+  if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u) { return; }
+  if (CLASS == CAUSTIC && !has_photons_near(point.position)) { return; }
   let scale = radius_scale_at(pixel_centre_eccentricity_rad(slot % band_pixel_count()));
   let geometric_normal = unpack_direction(point.packed_geometric_normal);
   let radius_m = select(photon_map.global_radius_m, photon_map.caustic_radius_m, CLASS == CAUSTIC) * scale;

@@ -15,7 +15,7 @@ use crate::oracle::{Oracle, PathSettings};
 use crate::scene::loaded::LoadedScene;
 use crate::view::View;
 
-/// Photons of the oracle for each of its paths, where some light needs them: they take about as long as the path.
+/// Photons of the oracle for each of its paths, where some light needs them: chosen so that most of the time is left to paths.
 const CAUSTIC_PHOTONS_PER_PATH: u32 = 4;
 /// Paths a pixel below which a reference is none.
 const MIN_SAMPLES: u32 = 16;

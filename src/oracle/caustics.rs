@@ -19,6 +19,9 @@ use super::{bsdf::Bsdf, material};
 const NORMAL_COS_MIN: f64 = 0.9;
 /// Most surfaces that a photon meets: beyond, what is left in a ball of glass is nothing.
 const DEPTH_MAX: u32 = 64;
+/// Surfaces that a photon meets before chance may end it, and its chance to go on from each after that.
+const SURE_SURFACES: u32 = 8;
+const SURVIVAL: f64 = 0.9;
 /// Photons that one thread traces in a row.
 const BATCH: u32 = 4096;
 /// Sets the photons' random numbers apart from the pixels'.
@@ -154,12 +157,11 @@ fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
             // Radiance is squeezed in glass; flux is not.
             flux_w *= interface.ior * interface.ior;
         }
-        if depth >= 8 {
-            let survival = 0.9;
-            if random.uniform() >= survival {
+        if depth >= SURE_SURFACES {
+            if random.uniform() >= SURVIVAL {
                 return;
             }
-            flux_w /= survival;
+            flux_w /= SURVIVAL;
         }
         medium = oracle.medium_beyond(medium, &surface, sample.is_refracted);
         ray = Ray {

@@ -147,7 +147,6 @@ impl Inspection {
     }
 }
 
-/// Lines of aligned columns under a heading; nothing where there are no lines.
 /// What an effect costs, or what leaving it out saves, in words.
 fn price(cost: &EffectCost) -> String {
     let [low, high] = cost.time_ratio_quartiles;
@@ -177,6 +176,7 @@ fn price(cost: &EffectCost) -> String {
     format!("{verb} {time}{memory}")
 }
 
+/// Lines of aligned columns under a heading; nothing where there are no lines.
 fn section(text: &mut String, heading: &str, rows: &[Vec<String>]) {
     if rows.is_empty() {
         return;
