@@ -171,10 +171,12 @@ struct Scatter {
 
 const ABSORBED: Scatter = Scatter(vec3f(0.0), vec3f(0.0), false);
 
-/// Whether a scattered direction stays on the side of the real surface that its lobe means: an interpolated normal may tilt it through
-/// an opaque wall, and such light ends there.
-fn is_consistent(scatter: Scatter, geometric_normal: vec3f) -> bool {
-  return (dot(scatter.direction, geometric_normal) < 0.0) == scatter.is_refracted;
+/// What is left of a scattering at the real surface. An interpolated normal may tilt a reflection through an opaque wall, and it ends
+/// there; what would be refracted back goes on along the far side.
+fn at_real_surface(scatter: Scatter, geometric_normal: vec3f) -> Scatter {
+  if ((dot(scatter.direction, geometric_normal) < 0.0) == scatter.is_refracted) { return scatter; }
+  if (!scatter.is_refracted) { return ABSORBED; }
+  return Scatter(grazing(scatter.direction, -geometric_normal), scatter.weight, true);
 }
 
 /// The half vector about which a lobe of sharpness `alpha` reflects or refracts, in scene space.

@@ -73,9 +73,9 @@ fn bounce(index: u32) -> u32 {
       scatter = Scatter(wi, lambert(bsdf, n, wo, wi) * (PI / (1.0 - chance)), false);
     }
   }
+  scatter = at_real_surface(scatter, surface.geometric_normal);
   let flux_w = path.flux_w * scatter.weight;
   let survival = min(1.0, max_component(flux_w) / max_component(path.flux_w));
-  if (!is_consistent(scatter, surface.geometric_normal)) { return flags; }
   // Written so that a survival that is not a number ends the path.
   if (!(u.w < survival)) { return flags; }
   if (scatter.is_refracted && bsdf.is_solid) { medium = select(NO_MEDIUM, surface.material, surface.is_front); }

@@ -2,6 +2,9 @@
 // What a ray found: position, normals, texture coordinates, material. Traces past cut-out texels.
 // Limits: at most 64 cut-out layers in a row.
 
+/// How steeply a ray leaves a surface that its interpolated normal would have sent to the wrong side, as a cosine.
+const GRAZING_COS = 1e-3;
+
 struct Surface {
   position: vec3f,
   geometric_normal: vec3f,   // on the side that the ray came from
@@ -20,6 +23,21 @@ fn hit_normal(hit: Hit) -> vec3f {
   let normal = normalize(cross(edge1, edge2));
   if (HAS_OBJECTS && hit.object != STATIC_OBJECT) { return affine_normal(objects[hit.object].object_from_scene, normal); }
   return normal;
+}
+
+/// The direction next to `direction` that only just leaves a surface on the side of `normal`.
+fn grazing(direction: vec3f, normal: vec3f) -> vec3f {
+  let along = direction - dot(direction, normal) * normal;
+  return normalize(along * inverseSqrt(max(dot(along, along), 1e-12)) + GRAZING_COS * normal);
+}
+
+/// The normal next to `shading_normal` about which sight from `wo` is mirrored back to its own side of the real surface: about an
+/// interpolated normal it may be mirrored into it, as no smooth surface does, and its light would be lost.
+fn sighted_normal(shading_normal: vec3f, geometric_normal: vec3f, wo: vec3f) -> vec3f {
+  let mirrored = reflect(-wo, shading_normal);
+  if (dot(wo, shading_normal) > 0.0 && dot(mirrored, geometric_normal) > 0.0) { return shading_normal; }
+  let half_vector = wo + grazing(mirrored, geometric_normal);
+  return half_vector * inverseSqrt(max(dot(half_vector, half_vector), 1e-12));
 }
 
 fn surface_at(hit: Hit, ray: Ray) -> Surface {
@@ -63,8 +81,7 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
     surface.geometric_normal = -surface.geometric_normal;
     surface.shading_normal = -surface.shading_normal;
   }
-  // An interpolated normal may turn away from the ray at a silhouette; the flat one never does.
-  if (dot(surface.shading_normal, ray.direction) >= 0.0) { surface.shading_normal = surface.geometric_normal; }
+  surface.shading_normal = sighted_normal(surface.shading_normal, surface.geometric_normal, -ray.direction);
   return surface;
 }
 

@@ -122,7 +122,8 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
         } else {
           scatter = sample_reflection(bsdf, n, wo, u.xy);
         }
-        if (!any(scatter.weight > vec3f(0.0)) || !is_consistent(scatter, surface.geometric_normal)) { continue; }
+        scatter = at_real_surface(scatter, surface.geometric_normal);
+        if (!any(scatter.weight > vec3f(0.0))) { continue; }
         var next = chain;
         next.ray = Ray(leave_surface(surface.position, surface.geometric_normal, scatter.direction), 3.0e38, scatter.direction);
         next.throughput = weight * scatter.weight;

@@ -145,11 +145,11 @@ fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
                 depth,
             });
         }
-        let Some(sample) = bsdf.sample(surface.shading_normal, -ray.direction, random) else {
+        let sample = bsdf.sample(surface.shading_normal, -ray.direction, random);
+        let Some(sample) = sample.and_then(|sample| surface.scattered(sample)) else {
             return;
         };
-        let is_through = sample.wi.dot(surface.geometric_normal) < 0.0;
-        if sample.density.is_some() || is_through != sample.is_refracted {
+        if sample.density.is_some() {
             return;
         }
         flux_w *= sample.weight * adjoint_factor(&surface, -ray.direction, sample.wi);

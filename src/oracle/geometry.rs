@@ -4,8 +4,12 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::triangle::Triangle;
 
+use super::bsdf::Sample;
 use crate::scene::bvh::{MAX_DEPTH, MeshBvh, SceneCaster};
 use crate::scene::{Mesh, Scene, ScenePose};
+
+/// How steeply a ray leaves a surface that its interpolated normal would have sent to the wrong side, as a cosine.
+const GRAZING_COS: f64 = 1e-3;
 
 /// A half-line in scene space, metres.
 #[derive(Clone, Copy, Debug)]
@@ -34,11 +38,28 @@ pub(super) struct Hit {
 pub(super) struct Surface {
     pub position: DVec3,
     pub geometric_normal: DVec3,
-    /// Interpolated; the geometric one where it would turn away from the ray.
+    /// Interpolated; bent where sight would be mirrored into the surface.
     pub shading_normal: DVec3,
     pub texcoord: DVec2,
     pub material: usize,
     pub is_front: bool,
+}
+
+impl Surface {
+    /// What is left of a scattering at the real surface. An interpolated normal may tilt a reflection through an opaque wall, and it ends
+    /// there; what would be refracted back goes on along the far side, in the one direction that nothing else samples.
+    pub fn scattered(&self, sample: Sample) -> Option<Sample> {
+        let is_through = sample.wi.dot(self.geometric_normal) < 0.0;
+        match sample.is_refracted {
+            is_refracted if is_refracted == is_through => Some(sample),
+            true => Some(Sample {
+                wi: grazing(sample.wi, -self.geometric_normal),
+                density: None,
+                ..sample
+            }),
+            false => None,
+        }
+    }
 }
 
 /// The scene's triangles at one time.
@@ -149,9 +170,7 @@ impl<'a> Geometry<'a> {
             geometric_normal = -geometric_normal;
             shading_normal = -shading_normal;
         }
-        if shading_normal.dot(ray.direction) >= 0.0 {
-            shading_normal = geometric_normal;
-        }
+        let shading_normal = sighted_normal(shading_normal, geometric_normal, -ray.direction);
         let position = mix(&|vertex| mesh.positions[vertex].as_dvec3());
         let texcoord = mix(&|vertex| mesh.texcoords[vertex].as_dvec2().extend(0.0));
         Surface {
@@ -163,6 +182,23 @@ impl<'a> Geometry<'a> {
             is_front,
         }
     }
+}
+
+/// The direction next to `direction` that only just leaves a surface on the side of `normal`.
+fn grazing(direction: DVec3, normal: DVec3) -> DVec3 {
+    let along = direction.reject_from_normalized(normal);
+    (along.normalize_or(DVec3::ZERO) + GRAZING_COS * normal).normalize_or(normal)
+}
+
+/// The normal next to `shading_normal` about which sight from `wo` is mirrored back to its own side of the real surface: about an
+/// interpolated normal it may be mirrored into it, as no smooth surface does, and its light would be lost.
+fn sighted_normal(shading_normal: DVec3, geometric_normal: DVec3, wo: DVec3) -> DVec3 {
+    let cos_o = wo.dot(shading_normal);
+    let mirrored = 2.0 * cos_o * shading_normal - wo;
+    if cos_o > 0.0 && mirrored.dot(geometric_normal) > 0.0 {
+        return shading_normal;
+    }
+    (wo + grazing(mirrored, geometric_normal)).normalize_or(geometric_normal)
 }
 
 /// Distance, place in the leaves' order, and barycentric coordinates of the nearest triangle of one mesh.

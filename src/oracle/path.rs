@@ -203,12 +203,10 @@ impl<'a> Oracle<'a> {
                         throughput * f * light.irradiance * left * (n.dot(wi).abs() * share);
                 }
             }
-            let Some(sample) = bsdf.sample(n, wo, random) else {
+            let sample = bsdf.sample(n, wo, random);
+            let Some(sample) = sample.and_then(|sample| surface.scattered(sample)) else {
                 break;
             };
-            if (sample.wi.dot(surface.geometric_normal) < 0.0) != sample.is_refracted {
-                break;
-            }
             throughput *= sample.weight;
             medium = self.medium_beyond(medium, &surface, sample.is_refracted);
             if let Some(interface) = bsdf.interface.filter(|i| sample.is_refracted && !i.is_thin) {

@@ -3,10 +3,13 @@
 
 use glam::Vec3;
 use macula::scene::Scene;
+use serde_json::{Value, json};
 
 use crate::maker::{Stage, bundled, glowing, lambert};
 use crate::runner::{Case, Control, Expected, hold};
-use crate::stages::{ALBEDO, FLOOR_HALF_M, LAMP_M, above, floor, floor_mean};
+use crate::stages::{
+    ALBEDO, FLOOR_HALF_M, FURNACE, LAMP_M, above, floor, floor_mean, furnace, glass, metal,
+};
 
 const INTENSITY_W_SR: f32 = 3.0;
 
@@ -66,6 +69,33 @@ fn one_huge_triangle() -> Stage {
     above().triangles(&positions, &[0, 1, 2], lambert(ALBEDO))
 }
 
+/// A glowing room around a ball of few faces, `around` by half as many: sight meets interpolated normals that lean far from them.
+fn coarse_ball(around: u32, material: Value) -> Scene {
+    let columns = around + 1;
+    let rows = around / 2 + 1;
+    let normal = |i: u32| {
+        let turn = |step: u32| std::f32::consts::TAU * step as f32 / around as f32;
+        let (longitude, colatitude) = (turn(i % columns), turn(i / columns));
+        let (sin, cos) = longitude.sin_cos();
+        Vec3::new(sin, 0.0, cos) * colatitude.sin() + Vec3::Y * colatitude.cos()
+    };
+    let normals: Vec<Vec3> = (0..columns * rows).map(normal).collect();
+    let corners: Vec<Vec3> = normals.iter().map(|normal| 0.6 * *normal).collect();
+    let faces: Vec<u32> = (0..around * (rows - 1))
+        .flat_map(|face| {
+            let a = face / around * columns + face % around;
+            let (b, c, d) = (a + 1, a + columns, a + columns + 1);
+            [a, c, b, b, c, d]
+        })
+        .collect();
+    let mut stage = furnace().triangles(&corners, &faces, material);
+    let normals: Vec<[f32; 3]> = normals.iter().map(|normal| normal.to_array()).collect();
+    let normals = stage.glb.floats(&normals);
+    let ball = stage.glb.json["meshes"].as_array_mut().unwrap().last_mut();
+    ball.unwrap()["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
+    stage.load()
+}
+
 /// The bundled Cornell box from an eye at `place`, which knows the glass ball's corners.
 fn cornell_from(place: impl FnOnce(&Scene, &[Vec3]) -> Vec3) -> Scene {
     let mut scene = Scene::load(&bundled("cornell.glb")).unwrap();
@@ -88,6 +118,8 @@ pub fn cases() -> Vec<Case> {
         let case = Case::new(name, scene, Expected::Lit).passes(2);
         case.control(Control::Scene(dark))
     };
+    // No light is lost.
+    let whole = |name, scene| Case::new(name, scene, Expected::Mean(FURNACE));
     vec![
         same("triangles without area", without_area()),
         same("every triangle twice", floor(floor(above()))),
@@ -96,6 +128,14 @@ pub fn cases() -> Vec<Case> {
         same("tiny triangles", tiled(150, 150)),
         same("one triangle of a square kilometre", one_huge_triangle())
             .set("gather.radius_m", "0.2"),
+        whole(
+            "a coarse mirror with smooth normals",
+            coarse_ball(4, metal(0.0)),
+        ),
+        whole(
+            "coarse glass with smooth normals",
+            coarse_ball(6, glass(1.5)),
+        ),
         seen_from(
             "an eye inside glass",
             cornell_from(|_, glass| glass.iter().sum::<Vec3>() / glass.len() as f32),
