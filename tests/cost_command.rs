@@ -122,6 +122,50 @@ fn a_finished_run_goes_on_and_measures_no_point_twice() {
 }
 
 #[test]
+fn a_finished_run_that_measures_nothing_new_still_knows_how_steady_the_machine_was() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    cost(&out, "--sweep photons=100,200").json();
+    cost(&out, "--sweep photons=100,200").json();
+    let drift = &json(&out.join("cost.json"))["drift"]["anchor_ms"];
+    assert!(!drift.as_array().unwrap().is_empty(), "{drift}");
+}
+
+#[test]
+fn a_folder_without_points_blocks_no_other_question_and_lends_it_no_reference() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    assert_eq!(cost(&out, "--sweep photons=100").code, Some(0));
+    let partial = home.path().join("out.partial");
+    fs::rename(&out, &partial).unwrap();
+    fs::remove_dir_all(partial.join("points")).unwrap();
+    let reference = fs::read(partial.join("reference.exr")).unwrap();
+    let other = cost(&out, "--sweep photons=100 --gaze 5,0 --set random.seed=3");
+    assert_eq!(other.code, Some(0), "{}", other.complaint);
+    assert_ne!(fs::read(out.join("reference.exr")).unwrap(), reference);
+}
+
+#[test]
+fn a_choice_stays_until_another_budget_is_asked_for() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    let budget = cost(
+        &out,
+        "--sweep photons=100 --budget-ms 100000 --search-seconds 1",
+    );
+    assert_eq!(budget.code, Some(0), "{}", budget.complaint);
+    let best = fs::read(out.join("best.toml")).unwrap();
+    assert_eq!(cost(&out, "--sweep photons=100,200").code, Some(0));
+    assert_eq!(fs::read(out.join("best.toml")).unwrap(), best);
+    let missed = cost(
+        &out,
+        "--sweep photons=100 --budget-ms 0.0001 --search-seconds 1",
+    );
+    assert_eq!(missed.code, Some(1));
+    assert!(!out.join("best.toml").exists());
+}
+
+#[test]
 fn points_of_another_study_and_folders_of_others_are_refused() {
     let home = tempfile::tempdir().unwrap();
     let out = home.path().join("out");
@@ -329,7 +373,10 @@ fn techniques_are_brought_to_one_error_and_to_one_time() {
     let home = tempfile::tempdir().unwrap();
     let out = home.path().join("out");
     let sweep = "--sweep technique=pm-direct,path --sweep photons=200,800";
-    let done = cost(&out, &format!("{sweep} --equal-error 0.3 --equal-time 100"));
+    let done = cost(
+        &out,
+        &format!("{sweep} --equal-error 0.3 --equal-time 100 --search-seconds 4"),
+    );
     assert_eq!(done.code, Some(0), "{}", done.complaint);
     let comparisons = &done.json()["comparisons"];
     assert!((comparisons[0]["relmse"].as_f64().unwrap() - 0.3).abs() < 1e-9);
@@ -388,6 +435,8 @@ fn bad_sweeps_are_refused_with_the_nearest_key_or_the_mend() {
         ("--sweep technique=pmx", vec!["pmx", "pm-direct"]),
         ("--sweep photons=-5", vec!["photon.count"]),
         ("--sweep size=64", vec!["640x480"]),
+        ("--sweep size=64x64,128x64", vec!["another shape"]),
+        ("--sweep photons=9..1*2", vec!["FROM is above 0"]),
         ("--budget-ms 0", vec!["above 0"]),
         ("--check-budget 5 --budget-ms 5", vec!["--check-budget"]),
         (

@@ -66,7 +66,14 @@ fn page() -> CostPage {
     CostPage {
         title: "50 ms buy a foveal error of 0.022 in a room".into(),
         subtitle: vec!["scene a room".into(), "8 points of pm-direct, pm".into()],
-        sentences: vec!["Half the foveal error costs 2 times the time.".into()],
+        sentences: vec![(
+            "What accuracy costs".into(),
+            vec!["Half the foveal error costs 2 times the time.".into()],
+        )],
+        next: vec![(
+            "See one frame of it".into(),
+            "macula render room.glb --params out/best.toml --out frame.png".into(),
+        )],
         budget_ms: Some(50.0),
         crops: vec![crop("reference", None), crop("chosen", Some(picture(9)))],
         comparisons: vec![Comparison {

@@ -29,6 +29,8 @@ pub struct Campaign<'a> {
     anchor: Setting,
     anchored: Option<Instant>,
     drift: Drift,
+    /// The anchor's times of earlier runs, by the points that were measured after them.
+    recalled_ms: Vec<f64>,
 }
 
 /// What a campaign found.
@@ -45,7 +47,7 @@ pub struct Findings {
 /// How steady the machine was: one setting, timed through the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Drift {
-    /// Median frame times of the anchor, milliseconds, in order.
+    /// Median frame times of the anchor, milliseconds, in the order of the points.
     pub anchor_ms: Vec<f64>,
 }
 
@@ -77,6 +79,7 @@ impl<'a> Campaign<'a> {
             anchor: anchor.normalised(),
             anchored: None,
             drift: Drift::default(),
+            recalled_ms: Vec::new(),
         }
     }
 
@@ -91,6 +94,7 @@ impl<'a> Campaign<'a> {
         }
         if let Some(point) = self.store.find(&key)? {
             self.reused += 1;
+            self.recall_anchor(&point);
             self.points.push(point.clone());
             return Ok(Some(point));
         }
@@ -155,7 +159,7 @@ impl<'a> Campaign<'a> {
         &self.points
     }
 
-    /// Ends the run.
+    /// Ends the run. The drift is that of all its points' times: those of earlier runs count too.
     ///
     /// # Errors
     /// [`CostError`].
@@ -163,11 +167,24 @@ impl<'a> Campaign<'a> {
         if self.anchored.is_some() {
             self.time_anchor()?;
         }
+        let mut anchor_ms = self.recalled_ms;
+        anchor_ms.extend(self.drift.anchor_ms);
         Ok(Findings {
             points: self.points,
             reused: self.reused,
-            drift: self.drift,
+            drift: Drift { anchor_ms },
         })
+    }
+
+    /// Takes the anchor's time of an earlier run over from a point; points that follow one timing share it.
+    fn recall_anchor(&mut self, point: &Point) {
+        let anchor = point.anchor.as_ref();
+        let anchor = anchor.filter(|anchor| anchor.key == self.store.key(&self.anchor));
+        let known = self.recalled_ms.last().copied();
+        let fresh = anchor
+            .map(|anchor| anchor.ms)
+            .filter(|ms| Some(*ms) != known);
+        self.recalled_ms.extend(fresh);
     }
 
     /// Times the anchor; an interrupted run times nothing more.

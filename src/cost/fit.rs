@@ -35,6 +35,9 @@ pub struct PowerLaw {
     pub from_ms: f64,
     /// The longest, milliseconds.
     pub to_ms: f64,
+    /// How many times the time half the error costs, at least and at most: the slope two standard errors steeper and flatter. Infinite
+    /// where the flatter slope does not fall.
+    pub price_range: [f64; 2],
 }
 
 impl PowerLaw {
@@ -57,7 +60,10 @@ impl PowerLaw {
             return None;
         }
         let times = || points.iter().map(|(ms, _)| *ms);
+        let unexplained = (yy - xy * xy / xx).max(0.0);
+        let standard_error = (unexplained / (count - 2.0) / xx).sqrt();
         Some(Self {
+            price_range: [1.0, -1.0].map(|side| price(2.0 * side * standard_error - slope)),
             exponent: -slope,
             scale: (mean_y - slope * mean_x).exp(),
             r_squared: xy * xy / (xx * yy),
@@ -78,7 +84,15 @@ impl PowerLaw {
 
     /// How many times the time half the error costs.
     pub fn price_of_half(&self) -> f64 {
-        2f64.powf(1.0 / self.exponent)
+        price(self.exponent)
+    }
+}
+
+/// How many times the time half the error costs where error falls with this power of time; infinite where it does not fall.
+pub fn price(exponent: f64) -> f64 {
+    match exponent > 0.0 {
+        true => 2f64.powf(1.0 / exponent),
+        false => f64::INFINITY,
     }
 }
 
@@ -91,6 +105,18 @@ pub fn time_at(front: &[&Point], relmse: f64) -> Option<f64> {
         (0.0..=1.0)
             .contains(&share)
             .then(|| (x0 + share * (x1 - x0)).exp())
+    })
+}
+
+/// The error that a front reaches in a time, as [`time_at`].
+pub fn error_at(front: &[&Point], ms: f64) -> Option<f64> {
+    front.windows(2).find_map(|pair| {
+        let [(x0, y0), (x1, y1)] =
+            [pair[0], pair[1]].map(|point| (point.frame_ms().ln(), point.relmse().ln()));
+        let share = (ms.ln() - x0) / (x1 - x0);
+        (0.0..=1.0)
+            .contains(&share)
+            .then(|| (y0 + share * (y1 - y0)).exp())
     })
 }
 
@@ -121,6 +147,19 @@ mod tests {
         assert!((fit.r_squared - 1.0).abs() < 1e-9);
         assert!((fit.price_of_half() - 2f64.powf(1.0 / 0.7)).abs() < 1e-9);
         assert_eq!((fit.from_ms, fit.to_ms, fit.points), (5.0, 400.0, 4));
+        assert!(
+            fit.price_range
+                .map(|price| (price - fit.price_of_half()).abs() < 1e-6)
+                == [true; 2]
+        );
+        let mut scattered = points.clone();
+        scattered[1].1 *= 1.2;
+        let fit = PowerLaw::fit(&scattered).unwrap();
+        let [least, most] = fit.price_range;
+        assert!(
+            least < fit.price_of_half() && most > fit.price_of_half() && most < 6.0,
+            "{fit:?}"
+        );
         let mut bent = points;
         bent[3].1 *= 10.0;
         assert!(PowerLaw::fit(&bent).is_none_or(|fit| fit.r_squared < 0.9));
@@ -140,6 +179,11 @@ mod tests {
         assert!((time_at(&front, 0.01).unwrap() - 100.0).abs() < 1e-9);
         assert_eq!(time_at(&front, 0.2), None);
         assert_eq!(time_at(&front, 0.0005), None);
+        assert!((error_at(&front, 100.0).unwrap() - 0.01).abs() < 1e-9);
+        assert_eq!(
+            (error_at(&front, 5.0), error_at(&front, 2000.0)),
+            (None, None)
+        );
     }
 
     proptest! {

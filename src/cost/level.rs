@@ -1,4 +1,5 @@
-//! Techniques at one level: the time that each needs for an error, the error that each reaches in a time.
+//! Techniques at one level: the time that each needs for an error, the error that each reaches in a time. An error is approached here; a
+//! time is a budget, for which [`super::search`] looks.
 
 use serde::Serialize;
 
@@ -29,13 +30,14 @@ pub enum Goal {
 pub struct Level {
     /// Name of the technique.
     pub technique: String,
-    /// Key of its best point there; `None` where it does not reach the level.
+    /// Key of its best point there or better; `None` where it does not reach the level.
     pub point: Option<String>,
     /// That point in words.
     pub label: String,
-    /// Time of its frame, milliseconds; where the level is not reached, of the nearest point.
+    /// Time of a frame at the level, milliseconds: straight between the technique's points on logarithmic axes, or that of the point where
+    /// the level lies beyond them all.
     pub frame_ms: f64,
-    /// Its relative mean squared error in the fovea, likewise.
+    /// Relative mean squared error in the fovea, likewise.
     pub relmse: f64,
     /// How many times worse than the best technique: times longer, or times the error. `None` where the level is not reached.
     pub ratio: Option<f64>,
@@ -59,12 +61,16 @@ impl Goal {
         }
     }
 
-    fn is_near(self, point: &Point) -> bool {
-        (self.value(point) / self.level()).ln().abs() < TOLERANCE
-    }
-
     fn is_met(self, point: &Point) -> bool {
         self.value(point) <= self.level() * (1.0 + TOLERANCE)
+    }
+
+    /// Milliseconds and error where a front crosses the level; `None` beyond its ends.
+    fn between(self, front: &[&Point]) -> Option<(f64, f64)> {
+        match self {
+            Self::Relmse(error) => fit::time_at(front, error).map(|ms| (ms, error)),
+            Self::FrameMs(ms) => fit::error_at(front, ms).map(|error| (ms, error)),
+        }
     }
 
     /// What is wanted small once the goal is met.
@@ -74,27 +80,22 @@ impl Goal {
             Self::FrameMs(_) => point.relmse(),
         }
     }
-
-    /// Whether more paths bring a point nearer that lies above the level.
-    fn falls_with_effort(self) -> bool {
-        matches!(self, Self::Relmse(_))
-    }
 }
 
-/// Measures until a technique is at the level: paths are added or taken away, and passes where more paths do not help. `points` are known
-/// already; the start is the one of them nearest to the level. `false` if it was interrupted.
+/// Measures until a technique is near an error: paths are added or taken away, and passes where more paths do not help. `points` are known
+/// already; the start is the one of them nearest to the error. `false` if it was interrupted.
 ///
 /// # Errors
 /// Those of `measure`.
 pub fn approach(
     technique: &str,
     points: &[Point],
-    goal: Goal,
+    relmse: f64,
     measure: &mut Measure<'_>,
 ) -> Result<bool, CostError> {
     let known = points.iter().filter(|point| point.technique == technique);
     let front = fit::front(known);
-    let distance = |point: &Point| (goal.value(point) / goal.level()).ln().abs();
+    let distance = |point: &Point| (point.relmse() / relmse).ln().abs();
     let nearest = front
         .into_iter()
         .min_by(|a, b| distance(a).total_cmp(&distance(b)));
@@ -105,45 +106,37 @@ pub fn approach(
     let mut here = nearest.clone();
     let mut by_passes = false;
     for _ in 0..MAX_TRIALS {
-        if goal.is_near(&here) {
+        if distance(&here) < TOLERANCE {
             break;
         }
-        let Some(next) = next_setting(&setting, &here, goal, by_passes) else {
+        let Some(next) = next_setting(&setting, here.relmse() / relmse, by_passes) else {
             break;
         };
         let Some(point) = measure(&next)? else {
             return Ok(false);
         };
-        let gained = (goal.value(&point) / goal.value(&here)).ln().abs();
-        if gained < TOLERANCE && !goal.falls_with_effort() {
-            // What is left of the time is not spent on paths.
-            break;
-        }
         // More paths no longer change the error: what is left is blur, and only passes, with smaller radii, take it away.
-        by_passes |= !goal.is_met(&point) && gained < TOLERANCE;
+        let gained = (point.relmse() / here.relmse()).ln().abs();
+        by_passes |= point.relmse() > relmse && gained < TOLERANCE;
         (setting, here) = (next, point);
     }
     Ok(true)
 }
 
-/// A step towards the goal, of a factor of four at most.
-fn next_setting(setting: &Setting, here: &Point, goal: Goal, by_passes: bool) -> Option<Setting> {
-    let wanted = match goal.falls_with_effort() {
-        true => goal.value(here) / goal.level(),
-        false => goal.level() / goal.value(here),
-    };
+/// A step towards an error that is smaller by `factor`, by a factor of four at most.
+fn next_setting(setting: &Setting, factor: f64, by_passes: bool) -> Option<Setting> {
     let mut next = setting.clone();
     if by_passes {
         next.passes = setting.passes.checked_mul(2)?;
         return (next.passes <= MAX_PASSES).then_some(next);
     }
-    let factor = wanted.clamp(0.25, 4.0);
-    let effort = (f64::from(setting.effort()) * factor).round().max(1.0);
+    let effort = f64::from(setting.effort()) * factor.clamp(0.25, 4.0);
+    let effort = effort.round().max(1.0);
     next.set(setting.effort_key(), &effort.to_string()).ok()?;
     (next != *setting).then_some(next)
 }
 
-/// Every technique at the level, by what was measured: of the points that meet it, the one with the least time or error.
+/// Every technique at the level, by its front: exactly there, between two points that were measured, where it lies between two.
 pub fn levels(points: &[Point], goal: Goal) -> Vec<Level> {
     let mut levels: Vec<Level> = fit::techniques(points)
         .into_iter()
@@ -154,13 +147,19 @@ pub fn levels(points: &[Point], goal: Goal) -> Vec<Level> {
                 .min_by(|a, b| goal.rest(a).total_cmp(&goal.rest(b)));
             let nearest = || own().min_by(|a, b| goal.value(a).total_cmp(&goal.value(b)));
             let point = met.or_else(nearest)?;
+            let (frame_ms, relmse) = goal
+                .between(&fit::front(own()))
+                .unwrap_or((point.frame_ms(), point.relmse()));
             Some(Level {
                 technique: technique.into(),
                 point: met.map(|point| point.key.clone()),
                 label: point.label(),
-                frame_ms: point.frame_ms(),
-                relmse: point.relmse(),
-                ratio: met.map(|point| goal.rest(point)),
+                frame_ms,
+                relmse,
+                ratio: met.map(|_| match goal {
+                    Goal::Relmse(_) => frame_ms,
+                    Goal::FrameMs(_) => relmse,
+                }),
             })
         })
         .collect();
@@ -198,7 +197,7 @@ mod tests {
         }
     }
 
-    fn approached(machine: impl Fn(&Setting) -> Point, goal: Goal) -> Vec<Point> {
+    fn approached(machine: impl Fn(&Setting) -> Point, relmse: f64) -> Vec<Point> {
         let mut start = super::super::setting::tests::setting();
         start.set("technique", "pm").unwrap();
         start.set("photons", "1000").unwrap();
@@ -208,28 +207,26 @@ mod tests {
             points.push(machine(setting));
             Ok(points.last().cloned())
         };
-        assert!(approach("pm", &known, goal, &mut measure).unwrap());
+        assert!(approach("pm", &known, relmse, &mut measure).unwrap());
         points
     }
 
     #[test]
-    fn a_technique_is_brought_to_an_error_and_to_a_time() {
-        for (goal, ms) in [(Goal::Relmse(0.005), 21.0), (Goal::FrameMs(80.0), 80.0)] {
-            let points = approached(machine("pm", 1000.0, 0.0), goal);
-            let [level] = &levels(&points, goal)[..] else {
-                panic!("one technique")
-            };
-            assert!(level.point.is_some());
-            assert!((level.frame_ms / ms).ln().abs() < 0.2, "{level:?}");
-        }
+    fn a_technique_is_brought_to_an_error() {
+        let points = approached(machine("pm", 1000.0, 0.0), 0.005);
+        let [level] = &levels(&points, Goal::Relmse(0.005))[..] else {
+            panic!("one technique")
+        };
+        assert!(level.point.is_some());
+        assert!((level.frame_ms / 21.0).ln().abs() < 0.1, "{level:?}");
     }
 
     #[test]
     fn where_blur_is_left_passes_are_added_and_a_level_out_of_reach_is_told() {
-        let reached = approached(machine("pm", 1000.0, 0.02), Goal::Relmse(0.01));
+        let reached = approached(machine("pm", 1000.0, 0.02), 0.01);
         assert!(reached.last().unwrap().passes > 1);
-        let goal = Goal::Relmse(1e-9);
-        let levels = levels(&approached(machine("pm", 1000.0, 0.02), goal), goal);
+        let out_of_reach = approached(machine("pm", 1000.0, 0.02), 1e-9);
+        let levels = levels(&out_of_reach, Goal::Relmse(1e-9));
         assert_eq!((levels[0].point.as_ref(), levels[0].ratio), (None, None));
     }
 
@@ -243,10 +240,22 @@ mod tests {
         let ratio = |goal| {
             levels(&points, goal)
                 .iter()
-                .map(|level| level.ratio)
+                .map(|level| level.ratio.map(|ratio| (1e9 * ratio).round() / 1e9))
                 .collect::<Vec<_>>()
         };
         assert_eq!(ratio(Goal::Relmse(0.01)), [Some(4.0), Some(1.0)]);
         assert_eq!(ratio(Goal::FrameMs(20.0)), [None, Some(1.0)]);
+    }
+
+    #[test]
+    fn a_technique_is_told_at_the_level_and_not_where_it_happened_to_be_measured() {
+        let points = [point("pm", 10.0, 0.1, 0.5), point("pm", 1000.0, 0.001, 0.5)];
+        let at = |goal| levels(&points, goal).remove(0);
+        let level = at(Goal::Relmse(0.01));
+        assert!((level.frame_ms - 100.0).abs() < 1e-9 && level.relmse == 0.01);
+        assert_eq!(level.point.as_deref(), Some("pm 1000 0.001"));
+        let level = at(Goal::FrameMs(100.0));
+        assert!((level.relmse - 0.01).abs() < 1e-12 && level.frame_ms == 100.0);
+        assert_eq!(level.point.as_deref(), Some("pm 10 0.1"));
     }
 }

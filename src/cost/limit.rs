@@ -1,17 +1,19 @@
-//! What limits a technique: whether more paths still pay, and if not, whether blur is left or noise.
+//! What limits a technique: whether more paths still pay for their time, and if not, whether blur is left or noise.
 
+use super::fit::price;
+use super::noise::{TimeNoise, errors_differ};
 use super::point::{Point, grouped};
 use super::sentences::number;
 use super::setting::Setting;
 
-/// How fast error must fall with paths, as a power, for more of them to pay; noise alone falls with power 1.
-const PAYS: f64 = 0.5;
+/// How many times the time half the error may cost where more paths pay: noise alone asks for twice the time.
+const PAYS: f64 = 4.0;
 /// The bias share from which blur, not noise, is most of an error.
 const MOSTLY: f64 = 0.5;
 
-/// From where more paths hardly lower a technique's error, and what limits it then: along the series of points that holds its least error
-/// and differs in paths alone.
-pub fn sentence(technique: &str, points: &[Point]) -> Option<String> {
+/// From where more paths hardly pay for their time, and what limits a technique's error then: along the series of points that holds its
+/// least error and differs in paths alone.
+pub fn sentence(technique: &str, points: &[Point], noise: TimeNoise) -> Option<String> {
     let own = || points.iter().filter(|point| point.technique == technique);
     let best = own().min_by(|a, b| a.relmse().total_cmp(&b.relmse()))?;
     let series = series_of(best)?;
@@ -24,19 +26,24 @@ pub fn sentence(technique: &str, points: &[Point]) -> Option<String> {
         Some(_) => "photons",
         None => "paths a pixel",
     };
-    let pays = |pair: &[&Point]| {
-        let gain = (pair[0].relmse() / pair[1].relmse()).ln();
-        gain / (f64::from(pair[1].effort) / f64::from(pair[0].effort)).ln() >= PAYS
-    };
-    let steps: Vec<bool> = along.windows(2).map(pays).collect();
+    let steps: Vec<bool> = along
+        .windows(2)
+        .map(|pair| pays(pair[0], pair[1], noise))
+        .collect();
     let from = steps.iter().rposition(|pays| *pays).map_or(0, |at| at + 1);
     let before = along.get(along.len().checked_sub(2)?)?;
     let last_step = format!(
-        "from {} to {} {paths} the foveal error goes from {} to {}",
+        "from {} to {} {paths} a frame takes {} instead of {} ms, and the foveal error goes from {} to {}{}",
         grouped(before.effort),
         grouped(last.effort),
+        number(last.frame_ms()),
+        number(before.frame_ms()),
         number(before.relmse()),
-        number(last.relmse())
+        number(last.relmse()),
+        match errors_differ(before, last) {
+            true => "",
+            false => ", which may be chance",
+        }
     );
     if from + 1 >= along.len() {
         return Some(format!("{technique}: more {paths} still pay; {last_step}."));
@@ -57,9 +64,17 @@ pub fn sentence(technique: &str, points: &[Point]) -> Option<String> {
         (false, None) => format!("{percent} % of what is left is noise."),
     };
     Some(format!(
-        "{technique}: beyond {} {paths} more of them hardly pay; {last_step}. {limiting}",
+        "{technique}: beyond {} {paths} more of them hardly pay for their time; {last_step}. {limiting}",
         grouped(along[from].effort)
     ))
+}
+
+/// Whether a step to more paths lowers the error, by more than chance, and at a fair price; time within the noise costs nothing.
+fn pays(from: &Point, to: &Point, noise: TimeNoise) -> bool {
+    let time = to.frame_ms() / from.frame_ms();
+    let gain = from.relmse() / to.relmse();
+    let is_free = time <= 1.0 || !noise.is_beyond(time);
+    gain > 1.0 && errors_differ(from, to) && (is_free || price(gain.ln() / time.ln()) <= PAYS)
 }
 
 /// What the points of a series have in common: all but the paths.
@@ -77,32 +92,57 @@ mod tests {
 
     #[test]
     fn more_paths_hardly_pay_from_where_blur_or_the_estimates_noise_is_left() {
-        // Milliseconds, error, and the share of it that is bias.
-        type Made = (f64, f64, f64);
+        // Photons, milliseconds, error, and the share of it that is bias.
+        type Made = (u32, f64, f64, f64);
         let made = [
-            (10.0, 0.1, 0.1),
-            (20.0, 0.05, 0.2),
-            (40.0, 0.025, 0.4),
-            (80.0, 0.022, 0.9),
+            (1000, 10.0, 0.1, 0.1),
+            (2000, 20.0, 0.05, 0.2),
+            (4000, 40.0, 0.025, 0.4),
+            (8000, 80.0, 0.022, 0.9),
         ];
         let points = |made: &[Made]| -> Vec<Point> {
-            let made = made.iter();
-            made.map(|&(ms, error, bias)| point("pm", ms, error, bias))
-                .collect()
+            let of = |&(photons, ms, error, bias): &Made| {
+                let made = point("pm", ms, error, bias);
+                let changed = [("photon.count".to_owned(), photons.to_string())];
+                Point {
+                    effort: photons,
+                    photons: Some(photons),
+                    changed: changed.into(),
+                    ..made
+                }
+            };
+            made.iter().map(of).collect()
         };
-        let said = sentence("pm", &points(&made)).unwrap();
+        let steady = TimeNoise { share: 0.05 };
+        let said = |made: &[Made], noise| sentence("pm", &points(made), noise).unwrap();
+        let blurred = said(&made, steady);
         assert!(
-            said.contains("beyond 4\u{202f}000 photons more of them hardly pay"),
-            "{said}"
+            blurred.contains("beyond 4\u{202f}000 photons more of them hardly pay"),
+            "{blurred}"
         );
         assert!(
-            said.contains("The radius") && said.contains("90 %"),
-            "{said}"
+            blurred.contains("The radius") && blurred.contains("90 %"),
+            "{blurred}"
         );
-        let said = sentence("pm", &points(&made[..3])).unwrap();
-        assert!(said.contains("more photons still pay"), "{said}");
-        let noisy = [made[0], made[1], (40.0, 0.045, 0.1)];
-        let said = sentence("pm", &points(&noisy)).unwrap();
-        assert!(said.contains("The photons in one estimate"), "{said}");
+        let paying = said(&made[..3], steady);
+        assert!(paying.contains("more photons still pay"), "{paying}");
+        let noisy = said(&[made[0], made[1], (4000, 40.0, 0.045, 0.1)], steady);
+        assert!(noisy.contains("The photons in one estimate"), "{noisy}");
+        // The same gain pays where its time is next to nothing, or can't be told from none.
+        let cheap = said(&[made[0], made[1], (4000, 20.5, 0.045, 0.1)], steady);
+        assert!(cheap.contains("still pay"), "{cheap}");
+        let unsteady = TimeNoise { share: 1.5 };
+        let drifting = said(&[made[0], made[1], (4000, 40.0, 0.045, 0.1)], unsteady);
+        assert!(drifting.contains("still pay"), "{drifting}");
+        let mut chance = points(&made[..3]);
+        for point in &mut chance {
+            let fovea = point.error.fovea.as_mut().unwrap();
+            fovea.relmse_standard_error = 0.01;
+        }
+        let chance = sentence("pm", &chance, steady).unwrap();
+        assert!(
+            chance.contains("beyond 2\u{202f}000") && chance.contains("which may be chance"),
+            "{chance}"
+        );
     }
 }

@@ -6,8 +6,8 @@
 //! 3. [`measure`] runs one setting: warm-up, timed frames, errors. The result is a [`point::Point`].
 //! 4. [`store`] keeps points on disk, so that none is measured twice; [`campaign`] is the run over many settings.
 //! 5. [`search`] looks for the best setting of a frame budget, on the knobs of [`ladder`]; [`level`] for equal errors and equal times.
-//! 6. [`fit`] finds the front and its power law, [`limit`] what stops a technique; [`sentences`] says both in words, [`table`] writes all
-//!    of it for machines.
+//! 6. [`fit`] finds the front and its power law, [`limit`] what stops a technique, [`noise`] what is chance; [`sentences`] says it in
+//!    words, [`table`] writes all of it for machines.
 //!
 //! An error is a mean over independent frames; it is split into the error of their mean (bias: more photons don't help) and the rest
 //! (variance: more photons do).
@@ -19,6 +19,7 @@ pub mod ladder;
 pub mod level;
 pub mod limit;
 pub mod measure;
+pub mod noise;
 pub mod plan;
 pub mod point;
 pub mod reference;
@@ -41,7 +42,8 @@ use crate::params::ParamError;
 pub enum CostError {
     /// `--sweep` was given something else than KEY=V1,V2,...
     #[error(
-        "`{0}` is not a sweep: write KEY=V1,V2,.. or KEY=FROM..TO*FACTOR, such as photons=1000..64000*4"
+        "`{0}` is not a sweep: write KEY=V1,V2,.. or KEY=FROM..TO*FACTOR, such as photons=1000..64000*4; FROM is above 0 and at most TO, \
+         FACTOR above 1, and 64 values are the most"
     )]
     NotASweep(String),
     /// Nothing that can be varied has this name.

@@ -1,17 +1,64 @@
 //! What was found, in plain words: each sentence is drawn from figures that were measured, and says which.
 
+use serde::Serialize;
+
 use super::campaign::Drift;
 use super::fit::{self, PowerLaw};
 use super::level::{Goal, Level};
 use super::limit;
+use super::noise::TimeNoise;
 use super::point::Point;
 use super::search::FILL_MIN;
-use super::table::Budget;
+use super::table::{Budget, Comparison};
 
 /// The share of a fit's scatter below which no price is told.
 const GOOD_FIT: f64 = 0.8;
 /// The reference's share of an error from which readers are warned.
 const NOISY_REFERENCE: f64 = 0.5;
+
+/// Sentences about one thing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Paragraph {
+    /// What they are about.
+    pub heading: String,
+    /// The sentences.
+    pub sentences: Vec<String>,
+}
+
+/// Everything that is said; `comparisons` are of techniques at one level each.
+pub fn all(
+    points: &[Point],
+    budget: Option<&Budget>,
+    comparisons: &[Comparison],
+    drift: &Drift,
+) -> Vec<Paragraph> {
+    let noise = TimeNoise::of(points, drift);
+    let of_budget = budget.map_or(Vec::new(), |budget| {
+        let chosen = points.iter().find(|point| point.key == budget.point);
+        let mut said = of_budget(budget);
+        said.extend(chosen.and_then(time_of));
+        said
+    });
+    let mut of_price = prices(points);
+    of_price.extend(self::comparisons(points, noise));
+    let of_level = |comparison: &Comparison| of_levels(comparison.goal, &comparison.levels, noise);
+    of_price.extend(comparisons.iter().map(of_level));
+    let of_limits = fit::techniques(points).into_iter();
+    let of_limits = of_limits.filter_map(|technique| limit::sentence(technique, points, noise));
+    [
+        ("The budget", of_budget),
+        ("What accuracy costs", of_price),
+        ("What limits it", of_limits.collect()),
+        ("How sure this is", of_noise(points, drift)),
+    ]
+    .into_iter()
+    .filter(|(_, sentences)| !sentences.is_empty())
+    .map(|(heading, sentences)| Paragraph {
+        heading: heading.into(),
+        sentences,
+    })
+    .collect()
+}
 
 /// The one sentence that stands over all.
 pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>) -> String {
@@ -32,8 +79,8 @@ pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>) -> String {
     let front = fit::front(points);
     match PowerLaw::of_front(&front).filter(|law| law.r_squared >= GOOD_FIT) {
         Some(law) => format!(
-            "Half the foveal error costs {} times the time in {scene}",
-            number(law.price_of_half())
+            "Half the foveal error costs about {} times the time in {scene}",
+            number((10.0 * law.price_of_half()).round() / 10.0)
         ),
         None => match front[..] {
             [first, .., last] => format!(
@@ -46,18 +93,8 @@ pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>) -> String {
     }
 }
 
-/// What the points say.
-pub fn of_points(points: &[Point]) -> Vec<String> {
-    let mut said = prices(points);
-    said.extend(comparisons(points));
-    for technique in fit::techniques(points) {
-        said.extend(limit::sentence(technique, points));
-    }
-    said
-}
-
 /// What a budget buys, and how sure that is.
-pub fn of_budget(budget: &Budget) -> Vec<String> {
+fn of_budget(budget: &Budget) -> Vec<String> {
     let mut said = Vec::new();
     let (asked, took) = (number(budget.budget_ms), number(budget.frame_ms));
     let share = budget.frame_ms / budget.budget_ms;
@@ -86,7 +123,7 @@ pub fn of_budget(budget: &Budget) -> Vec<String> {
 }
 
 /// What time is spent on at a point.
-pub fn time_of(point: &Point) -> Option<String> {
+fn time_of(point: &Point) -> Option<String> {
     let sum: f64 = point.time.pass_ms.iter().map(|(_, ms)| ms).sum();
     let mut stages: Vec<&(String, f64)> = point.time.pass_ms.iter().collect();
     stages.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -102,7 +139,7 @@ pub fn time_of(point: &Point) -> Option<String> {
 }
 
 /// How noisy the machine and the reference were.
-pub fn of_noise(points: &[Point], drift: &Drift) -> Vec<String> {
+fn of_noise(points: &[Point], drift: &Drift) -> Vec<String> {
     let mut said = Vec::new();
     let mut spreads: Vec<f64> = points.iter().map(|point| point.time.spread()).collect();
     spreads.sort_unstable_by(f64::total_cmp);
@@ -155,7 +192,7 @@ pub fn of_noise(points: &[Point], drift: &Drift) -> Vec<String> {
 }
 
 /// Techniques at a level.
-pub fn of_levels(goal: Goal, levels: &[Level]) -> String {
+fn of_levels(goal: Goal, levels: &[Level], noise: TimeNoise) -> String {
     let (head, worse) = match goal {
         Goal::Relmse(error) => (
             format!("A foveal error of {} takes", number(error)),
@@ -178,13 +215,28 @@ pub fn of_levels(goal: Goal, levels: &[Level]) -> String {
             (Goal::Relmse(_), None) => format!("{name} did not reach it (least error {error})"),
             (Goal::FrameMs(_), None) => format!("{name} was never as fast ({ms} ms at least)"),
         };
-        match level.ratio.filter(|ratio| *ratio > 1.005) {
-            Some(ratio) => format!("{reached} ({} {worse})", number(ratio)),
-            None => reached,
+        // Times are told from equal ones; errors at one time have their own noise, which a hundredth stands for.
+        let is_told = |ratio: &f64| match goal {
+            Goal::Relmse(_) => *ratio > 1.0 && noise.is_beyond(*ratio),
+            Goal::FrameMs(_) => *ratio > 1.01,
+        };
+        match level.ratio {
+            Some(ratio) if is_told(&ratio) => format!("{reached} ({} {worse})", number(ratio)),
+            Some(ratio) if ratio > 1.0 => format!("{reached} (as good as equal)"),
+            _ => reached,
         }
     };
     let levels: Vec<String> = levels.iter().map(of).collect();
     format!("{head}: {}.", levels.join("; "))
+}
+
+/// How sure a price is.
+fn within(law: &PowerLaw) -> String {
+    let [least, most] = law.price_range;
+    match most.is_finite() {
+        true => format!(" (between {} and {})", number(least), number(most)),
+        false => format!(" (at least {})", number(least)),
+    }
 }
 
 /// What half the error costs: along the points that nothing beats, and along each technique's own.
@@ -196,9 +248,10 @@ fn prices(points: &[Point]) -> Vec<String> {
         |law: &PowerLaw| format!("from {} to {} ms", number(law.from_ms), number(law.to_ms));
     said.extend(all.map(|law| match law.r_squared >= GOOD_FIT {
         true => format!(
-            "Half the foveal error costs {} times the time: a power law through the {} points that nothing beats, {}, explains {} % of \
+            "Half the foveal error costs {} times the time{}: a power law through the {} points that nothing beats, {}, explains {} % of \
              their scatter.",
             number(law.price_of_half()),
+            within(&law),
             law.points,
             range(&law),
             fitting(&law)
@@ -220,8 +273,9 @@ fn prices(points: &[Point]) -> Vec<String> {
         let law = PowerLaw::of_front(&fit::front(own)).filter(|law| law.r_squared >= GOOD_FIT);
         said.extend(law.map(|law| {
             format!(
-                "With {technique} alone half the foveal error costs {} times the time ({} points, {}, {} % explained).",
+                "With {technique} alone half the foveal error costs {} times the time{} ({} points, {}, {} % explained).",
                 number(law.price_of_half()),
+                within(&law),
                 law.points,
                 range(&law),
                 fitting(&law)
@@ -232,7 +286,7 @@ fn prices(points: &[Point]) -> Vec<String> {
 }
 
 /// The technique that holds most of the front beside each other one, at an error in the middle of what both reached.
-fn comparisons(points: &[Point]) -> Vec<String> {
+fn comparisons(points: &[Point], noise: TimeNoise) -> Vec<String> {
     let of = |technique: &str| fit::front(points.iter().filter(|p| p.technique == technique));
     let range = |front: &[&Point]| {
         let errors = || front.iter().map(|point| point.relmse());
@@ -252,12 +306,19 @@ fn comparisons(points: &[Point]) -> Vec<String> {
         let error = (own_least.max(their_least) * own_most.min(their_most)).sqrt();
         let own_ms = fit::time_at(&own, error)?;
         let their_ms = fit::time_at(&theirs, error)?;
+        let ratio = their_ms / own_ms;
+        let compared = match noise.is_beyond(ratio) {
+            true => format!("{} times as long", number(ratio)),
+            false => format!(
+                "which is equal on this machine: times within {} % can't be told apart",
+                number((100.0 * noise.share).round())
+            ),
+        };
         Some(format!(
-            "For a foveal error of {}, {best} takes {} ms and {other} {} ms, {} times as long.",
+            "For a foveal error of {}, {best} takes {} ms and {other} {} ms, {compared}.",
             number(error),
             number(own_ms),
-            number(their_ms),
-            number(their_ms / own_ms)
+            number(their_ms)
         ))
     };
     let others = names.iter().filter(|name| **name != best);
@@ -294,7 +355,7 @@ mod tests {
         let points: Vec<Point> = [10.0, 40.0, 160.0, 640.0]
             .map(|ms| point("pm", ms, law(ms), 0.1))
             .to_vec();
-        let said = of_points(&points).join("\n");
+        let said = prices(&points).join("\n");
         assert!(said.contains("costs 2.9 times the time"), "{said}");
         assert!(
             said.contains("4 points") && said.contains("from 10 to 640 ms"),
@@ -303,7 +364,7 @@ mod tests {
         assert!(title("a room", &points, None).contains("2.9 times"));
         let scattered = [(10.0, 1.0), (20.0, 0.99), (30.0, 0.98), (31.0, 1e-3)];
         let scattered = scattered.map(|(ms, e)| point("pm", ms, e, 0.1)).to_vec();
-        assert!(of_points(&scattered)[0].starts_with("No one price"));
+        assert!(prices(&scattered)[0].starts_with("No one price"));
         assert!(title("a room", &scattered, None).starts_with("3.1 times the time buys"));
     }
 
@@ -315,7 +376,8 @@ mod tests {
             point("path", 20.0, 0.1, 0.0),
             point("path", 200.0, 0.01, 0.0),
         ];
-        let said = comparisons(&points);
+        let steady = TimeNoise { share: 0.05 };
+        let said = comparisons(&points, steady);
         assert_eq!(said.len(), 1);
         assert!(
             said[0].contains("path takes 63.2 ms and pm 316 ms, 5 times as long"),
@@ -327,7 +389,13 @@ mod tests {
             point("pm", 200.0, 0.05, 0.0),
             point("path", 20.0, 0.02, 0.0),
         ];
-        assert_eq!(comparisons(&apart), [""; 0]);
+        assert_eq!(comparisons(&apart, steady), [""; 0]);
+        let unsteady = comparisons(&points, TimeNoise { share: 5.0 });
+        assert!(
+            unsteady[0].contains("equal on this machine"),
+            "{}",
+            unsteady[0]
+        );
     }
 
     #[test]
@@ -338,11 +406,14 @@ mod tests {
             point("ir", 5.0, 0.5, 0.0),
         ];
         let goal = Goal::Relmse(0.01);
-        let said = of_levels(goal, &super::super::level::levels(&points, goal));
+        let levels = super::super::level::levels(&points, goal);
+        let said = of_levels(goal, &levels, TimeNoise { share: 0.05 });
         assert_eq!(
             said,
             "A foveal error of 0.01 takes: 40 ms with pm (4 times as long); 10 ms with path; ir did not reach it (least error 0.5)."
         );
+        let unsteady = of_levels(goal, &levels, TimeNoise { share: 4.0 });
+        assert!(unsteady.contains("pm (as good as equal)"), "{unsteady}");
     }
 
     #[test]

@@ -15,6 +15,8 @@ use crate::image::{ImageSize, LinearImage, exr};
 
 /// Name of the file that says what a folder's points have in common.
 const STUDY_FILE: &str = "study.json";
+/// Name of the file of the setting that was chosen for a budget.
+pub const BEST_FILE: &str = "best.toml";
 /// Name of the folder of points.
 const POINTS_FOLDER: &str = "points";
 
@@ -56,12 +58,25 @@ impl Study {
         .find_map(|(what, is_same)| (!is_same).then_some(what))
     }
 
-    /// Reads what a folder holds points of; `None` if it holds none.
+    /// Reads what a folder is for; `None` if nothing was begun in it.
     ///
     /// # Errors
     /// [`CostError::Store`].
     pub fn read(folder: &Path) -> Result<Option<Self>, CostError> {
         read_json(&folder.join(STUDY_FILE))
+    }
+
+    /// Reads what a folder holds points of; `None` if it holds none.
+    ///
+    /// # Errors
+    /// [`CostError::Store`].
+    pub fn of_points(folder: &Path) -> Result<Option<Self>, CostError> {
+        let points = fs::read_dir(folder.join(POINTS_FOLDER));
+        let has_points = points.is_ok_and(|mut points| points.next().is_some());
+        match has_points {
+            true => Self::read(folder),
+            false => Ok(None),
+        }
     }
 }
 
@@ -96,9 +111,10 @@ impl Store {
         })
     }
 
-    /// What is carried over when a finished folder goes on: everything that [`Store::open`] and a reference need.
-    pub const CARRIED: [&str; 5] = [
+    /// What is carried over when a finished folder goes on: everything that [`Store::open`] and a reference need, and what was chosen.
+    pub const CARRIED: [&str; 6] = [
         STUDY_FILE,
+        BEST_FILE,
         POINTS_FOLDER,
         reference::PICTURE_FILE,
         reference::STANDARD_ERROR_FILE,

@@ -10,6 +10,7 @@ use super::fit::{self, PowerLaw};
 use super::level::{Goal, Level};
 use super::point::{Point, RegionError};
 use super::reference::Origin;
+use super::sentences::Paragraph;
 use super::setting::Setting;
 use super::store::Study;
 use super::{CostError, store_error};
@@ -54,7 +55,7 @@ pub struct Outcome {
     /// The answer in one sentence.
     pub title: String,
     /// What follows from the points, in words.
-    pub sentences: Vec<String>,
+    pub sentences: Vec<Paragraph>,
     /// The scene's name.
     pub scene: String,
     /// What all points have in common.

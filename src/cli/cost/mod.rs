@@ -48,14 +48,15 @@ pub struct Args {
     /// not weighed. Photons, samples, radius, depth and, unless --size or --sweep size= says it, the pictures' size are searched.
     #[arg(long, value_name = "MS", value_parser = positive)]
     pub budget_ms: Option<f64>,
-    /// Find the time that each technique of the sweep needs for this relative mean squared error in the fovea.
+    /// Find the time that each technique of the sweep needs for this relative mean squared error in the fovea: with more or fewer paths,
+    /// then passes, from the nearest point of the sweep.
     #[arg(long, value_name = "ERROR", value_parser = positive)]
     pub equal_error: Option<f64>,
-    /// Find the error that each technique of the sweep reaches in this frame time.
+    /// Search each technique of the sweep for the least error that it reaches in this frame time.
     #[arg(long, value_name = "MS", value_parser = positive)]
     pub equal_time: Option<f64>,
     /// Only time the setting of --params, and say whether its frames keep this time within 15 %.
-    #[arg(long, value_name = "MS", value_parser = positive, conflicts_with_all = ["sweep", "budget_ms", "equal_error", "equal_time"])]
+    #[arg(long, value_name = "MS", value_parser = positive, conflicts_with_all = ["sweep", "budget_ms", "equal_error", "equal_time", "out"])]
     pub check_budget: Option<f64>,
     /// Size of the pictures [default: that of --params, or 64x64]; the largest size swept is the reference's.
     #[arg(long, value_name = "WxH")]
@@ -75,7 +76,7 @@ pub struct Args {
     /// Time for one point, at least five frames.
     #[arg(long, value_name = "S", default_value = "2.5", value_parser = seconds)]
     pub point_seconds: Duration,
-    /// Time for the search of --budget-ms.
+    /// Time for the search of --budget-ms, and for that of --equal-time.
     #[arg(long, value_name = "S", default_value = "180", value_parser = seconds)]
     pub search_seconds: Duration,
     /// The folder to write.

@@ -28,11 +28,16 @@ const ERROR_COLORS: [[f64; 3]; 5] = [
     [252.0, 255.0, 164.0],
 ];
 
-/// The page.
+/// The page; `next` are things to do and their commands.
 ///
 /// # Errors
 /// A kept frame can't be read.
-pub(super) fn of(outcome: &Outcome, store: &Store, judge: &Judge) -> Result<CostPage, CliError> {
+pub(super) fn of(
+    outcome: &Outcome,
+    next: Vec<(String, String)>,
+    store: &Store,
+    judge: &Judge,
+) -> Result<CostPage, CliError> {
     let mut points: Vec<&Point> = outcome.points.iter().collect();
     points.sort_by(|a, b| a.frame_ms().total_cmp(&b.frame_ms()));
     let study = &outcome.study;
@@ -52,7 +57,12 @@ pub(super) fn of(outcome: &Outcome, store: &Store, judge: &Judge) -> Result<Cost
     Ok(CostPage {
         title: outcome.title.clone(),
         subtitle,
-        sentences: outcome.sentences.clone(),
+        sentences: outcome
+            .sentences
+            .iter()
+            .map(|paragraph| (paragraph.heading.clone(), paragraph.sentences.clone()))
+            .collect(),
+        next,
         warnings: outcome.warnings.clone(),
         points: points.iter().map(|point| plotted(point, outcome)).collect(),
         budget_ms: outcome.budget.as_ref().map(|budget| budget.budget_ms),

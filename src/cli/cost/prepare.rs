@@ -46,6 +46,18 @@ pub(super) fn study(
         .iter()
         .map(|setting| setting.size)
         .max_by_key(pixels);
+    let reference_size = largest.unwrap_or(base.size);
+    let other_shape = settings
+        .iter()
+        .map(|setting| setting.size)
+        .find(|size| !has_shape(*size, reference_size));
+    if let Some(size) = other_shape {
+        let message = format!(
+            "{size} has another shape than {reference_size}: it shows more or less of the scene, and can't be judged by one reference; \
+             sweep sizes of one aspect ratio"
+        );
+        return Err(CliError::new(message).in_arguments());
+    }
     Ok(Study {
         scene_sha256: scene.content_sha256.clone(),
         camera: camera.name.clone(),
@@ -55,7 +67,7 @@ pub(super) fn study(
             base.params.fovea.transition_deg,
         ]
         .map(f64::from),
-        reference_size: largest.unwrap_or(base.size),
+        reference_size,
         reference_sha256: match &args.reference {
             Some(path) => Some(file_sha256(path)?),
             None => None,
@@ -63,15 +75,17 @@ pub(super) fn study(
     })
 }
 
+/// Whether two sizes have one aspect ratio, to the pixel.
+fn has_shape(size: ImageSize, of: ImageSize) -> bool {
+    let width = f64::from(of.width) * f64::from(size.height) / f64::from(of.height);
+    (width - f64::from(size.width)).abs() <= 1.0
+}
+
 /// Refuses a folder that holds points of another study.
 pub(super) fn check_study(folder: &Path, study: &Study) -> CliResult {
     let name = folder.display();
-    let difference = match Study::read(folder)? {
-        Some(found) => found.difference(study),
-        // A run that was stopped before its first point.
-        None => None,
-    };
-    match difference {
+    let found = Study::of_points(folder)?;
+    match found.and_then(|found| found.difference(study)) {
         None => Ok(()),
         Some(what) => Err(CliError::new(format!(
             "{name} holds points that can't stand beside those asked for: {what} differs; choose another --out, or pass --force to \
@@ -109,8 +123,9 @@ pub(super) fn reference(
         reference.keep(folder)?;
         return Ok(Some(reference));
     }
-    // More time than before asks for another reference, and points are judged anew.
-    if let Some(kept) = Reference::kept(folder)?
+    // More time than before asks for another reference, and points are judged anew; so does another question.
+    if Study::read(folder)?.is_some_and(|found| found.difference(study).is_none())
+        && let Some(kept) = Reference::kept(folder)?
         && kept.is_worth(args.reference_seconds)
     {
         return Ok(Some(kept));

@@ -94,7 +94,8 @@ pub(super) fn run(
             "stopped before the first point; the reference is kept: the same command goes on";
         return Err(CliError::new(message));
     }
-    write::all(&outcome, &store, &judge, output.path())?;
+    let next = write::next_steps(&outcome, &args.scene, out);
+    write::all(&outcome, &next, &store, &judge, output.path())?;
     if !is_complete {
         let points = outcome.points.len();
         let kept = output.keep_partial(&record)?.unwrap_or_default();
@@ -104,7 +105,7 @@ pub(super) fn run(
         )));
     }
     let folder = output.finish(&record)?;
-    write::tell(&folder, &outcome, globals);
+    write::tell(&folder, &outcome, &next, globals);
     match &outcome.budget {
         Some(budget) if !budget.is_met => Err(CliError::new(format!(
             "no setting kept {} ms; there is no best.toml. {} tells what was tried",
@@ -180,20 +181,19 @@ fn search_on(
         };
         budget = Some(Budget::new(budget_ms, &chosen));
     }
-    let error = args.equal_error.map(Goal::Relmse);
-    let goals = error.into_iter().chain(args.equal_time.map(Goal::FrameMs));
-    let goals: Vec<Goal> = goals.collect();
-    for &goal in &goals {
-        further("bringing techniques to one level");
-        let points = campaign.points().to_vec();
-        for technique in fit::techniques(&points) {
-            let mut measure = |setting: &Setting| {
-                progress.borrow().advance(1);
-                campaign.point(setting)
-            };
-            if !level::approach(technique, &points, goal, &mut measure)? {
-                return Ok((budget, Vec::new()));
-            }
+    let mut goals = Vec::new();
+    if let Some(relmse) = args.equal_error {
+        goals.push(Goal::Relmse(relmse));
+        further("bringing techniques to one error");
+        if !equal_error(campaign, relmse, progress)? {
+            return Ok((budget, Vec::new()));
+        }
+    }
+    if let Some(frame_ms) = args.equal_time {
+        goals.push(Goal::FrameMs(frame_ms));
+        further("bringing techniques to one time");
+        if !equal_time(args, campaign, judge, frame_ms, progress)? {
+            return Ok((budget, Vec::new()));
         }
     }
     let comparisons = goals.into_iter().map(|goal| Comparison {
@@ -201,6 +201,51 @@ fn search_on(
         levels: level::levels(campaign.points(), goal),
     });
     Ok((budget, comparisons.collect()))
+}
+
+/// Brings each technique of the sweep near an error. `false` if it was interrupted.
+fn equal_error(
+    campaign: &mut Campaign<'_>,
+    relmse: f64,
+    progress: &RefCell<Progress>,
+) -> Result<bool, CostError> {
+    let points = campaign.points().to_vec();
+    for technique in fit::techniques(&points) {
+        let mut measure = |setting: &Setting| {
+            progress.borrow().advance(1);
+            campaign.point(setting)
+        };
+        if !level::approach(technique, &points, relmse, &mut measure)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Searches each technique of the sweep for its least error within a time, all of them equally long. `false` if it was interrupted.
+fn equal_time(
+    args: &Args,
+    campaign: &mut Campaign<'_>,
+    judge: &Judge,
+    frame_ms: f64,
+    progress: &RefCell<Progress>,
+) -> Result<bool, CostError> {
+    let starts = starts(campaign, frame_ms)?;
+    let share = args.search_seconds.div_f64(starts.len().max(1) as f64);
+    for start in starts {
+        let started = Instant::now();
+        let is_over = || started.elapsed() > share;
+        let ladders = ladders(args, &start, judge);
+        let mut try_it = |setting: &Setting| {
+            progress.borrow().advance(1);
+            let point = campaign.point(setting)?;
+            point.map(|point| campaign.trial(&point)).transpose()
+        };
+        if search::descend(start, &ladders, frame_ms, &mut try_it, &is_over)?.is_none() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// The most promising techniques are searched; so much of the time is over when each has had its share.
@@ -219,8 +264,8 @@ fn choose(
     let started = Instant::now();
     let starts = starts(campaign, budget_ms)?;
     let mut found: Vec<Trial> = Vec::new();
-    for (place, start) in starts.into_iter().enumerate() {
-        let end = limit.mul_f64(SHARES[place]);
+    for (start, share) in starts.into_iter().zip(SHARES) {
+        let end = limit.mul_f64(share);
         let is_over = || started.elapsed() > end;
         let ladders = ladders(args, &start, judge);
         let mut try_it = |setting: &Setting| {
@@ -262,7 +307,7 @@ fn ladders(args: &Args, start: &Trial, judge: &Judge) -> Vec<Ladder> {
     ladders
 }
 
-/// The most promising point of each technique, of the most promising techniques.
+/// The most promising point of each technique, the most promising technique first.
 fn starts(campaign: &Campaign<'_>, budget_ms: f64) -> Result<Vec<Trial>, CostError> {
     let promise = |trial: &Trial| search::promise(trial, budget_ms);
     let mut starts: Vec<Trial> = Vec::new();
@@ -274,7 +319,6 @@ fn starts(campaign: &Campaign<'_>, budget_ms: f64) -> Result<Vec<Trial>, CostErr
         starts.extend(trials.min_by(|a, b| promise(a).total_cmp(&promise(b))));
     }
     starts.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
-    starts.truncate(SHARES.len());
     Ok(starts)
 }
 
@@ -292,17 +336,6 @@ fn outcome(
         drift,
     } = found.findings;
     let budget = found.budget;
-    let mut said = Vec::new();
-    if let Some(budget) = &budget {
-        said.extend(sentences::of_budget(budget));
-        let chosen = points.iter().find(|point| point.key == budget.point);
-        said.extend(chosen.and_then(sentences::time_of));
-    }
-    said.extend(sentences::of_points(&points));
-    for comparison in &found.comparisons {
-        said.push(sentences::of_levels(comparison.goal, &comparison.levels));
-    }
-    said.extend(sentences::of_noise(&points, &drift));
     let mut warnings: Vec<String> = Vec::new();
     for warning in points.iter().flat_map(|point| &point.warnings) {
         if !warnings.contains(warning) {
@@ -311,7 +344,7 @@ fn outcome(
     }
     Outcome {
         title: sentences::title(&scene.name, &points, budget.as_ref()),
-        sentences: said,
+        sentences: sentences::all(&points, budget.as_ref(), &found.comparisons, &drift),
         scene: scene.name.clone(),
         study,
         reference,

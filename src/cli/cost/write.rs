@@ -5,19 +5,92 @@ use std::path::Path;
 
 use super::super::{CliError, CliResult, Globals};
 use super::page;
+use crate::cost::fit;
 use crate::cost::judge::Judge;
+use crate::cost::point::Point;
+use crate::cost::sentences::number;
 use crate::cost::setting::Setting;
-use crate::cost::store::Store;
+use crate::cost::store::{BEST_FILE, Store};
 use crate::cost::table::{self, Budget, Outcome};
 
 /// Writes everything into the folder.
-pub(super) fn all(outcome: &Outcome, store: &Store, judge: &Judge, folder: &Path) -> CliResult {
+pub(super) fn all(
+    outcome: &Outcome,
+    next: &[(String, String)],
+    store: &Store,
+    judge: &Judge,
+    folder: &Path,
+) -> CliResult {
     outcome.write(folder)?;
-    if let Some(budget) = outcome.kept_budget() {
-        best(outcome, budget, folder)?;
+    match (&outcome.budget, outcome.kept_budget()) {
+        (_, Some(budget)) => best(outcome, budget, folder)?,
+        (Some(_), None) => remove_best(folder)?,
+        // What an earlier run chose stays.
+        (None, None) => {}
     }
-    page::of(outcome, store, judge)?.write(&folder.join("report.html"))?;
+    page::of(outcome, next.to_vec(), store, judge)?.write(&folder.join("report.html"))?;
     Ok(())
+}
+
+/// What a user may want to do next, and the command that does it; `out` is the finished folder.
+pub(super) fn next_steps(outcome: &Outcome, scene: &Path, out: &Path) -> Vec<(String, String)> {
+    let (scene, folder) = (shell_word(scene), shell_word(out));
+    let best = shell_word(&out.join(BEST_FILE));
+    let step = |what: &str, command: String| (what.to_owned(), command);
+    let mut steps = match outcome.kept_budget() {
+        Some(budget) => vec![
+            step(
+                "Check that the chosen setting keeps its budget, here or on another machine",
+                format!(
+                    "macula cost {scene} --params {best} --check-budget {}",
+                    budget.budget_ms
+                ),
+            ),
+            step(
+                "See one frame of it",
+                format!("macula render {scene} --params {best} --out frame.png"),
+            ),
+        ],
+        None => {
+            let front = fit::front(&outcome.points);
+            let middle = front.get(front.len() / 2);
+            let command = |point: &&Point| {
+                let budget_ms = number(point.frame_ms());
+                format!("macula cost {scene} --out {folder} --budget-ms {budget_ms}")
+            };
+            let what = "Let the best setting for a frame time be found, such as this one; every point measured here counts";
+            middle
+                .map(command)
+                .map(|command| step(what, command))
+                .into_iter()
+                .collect()
+        }
+    };
+    steps.push(step(
+        "Look at every point in a notebook or a spreadsheet",
+        shell_word(&out.join("cost.csv")),
+    ));
+    steps
+}
+
+/// A path as a shell takes it for one word.
+fn shell_word(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "/\\._-:+=@".contains(c);
+    match text.chars().all(is_plain) {
+        true => text,
+        false => format!("\"{text}\""),
+    }
+}
+
+/// Takes away what an earlier run chose for a budget.
+fn remove_best(folder: &Path) -> CliResult {
+    let path = folder.join(BEST_FILE);
+    match path.exists() {
+        true => fs::remove_file(&path)
+            .map_err(|error| CliError::because(format!("cannot remove {}", path.display()), error)),
+        false => Ok(()),
+    }
 }
 
 /// Writes the chosen setting as a parameter file.
@@ -50,14 +123,14 @@ fn best(outcome: &Outcome, budget: &Budget, folder: &Path) -> CliResult {
         ),
     ];
     let text = table::parameter_file(&Setting::of(chosen)?, outcome.study.gaze_deg, &notes);
-    let path = folder.join("best.toml");
+    let path = folder.join(BEST_FILE);
     fs::write(&path, text)
         .map_err(|error| CliError::because(format!("cannot write {}", path.display()), error))
 }
 
 /// Says what was found and where it is.
-pub(super) fn tell(folder: &Path, outcome: &Outcome, globals: &Globals) {
-    let best = outcome.kept_budget().map(|_| folder.join("best.toml"));
+pub(super) fn tell(folder: &Path, outcome: &Outcome, next: &[(String, String)], globals: &Globals) {
+    let best = outcome.kept_budget().map(|_| folder.join(BEST_FILE));
     if globals.json {
         println!(
             "{}",
@@ -79,8 +152,11 @@ pub(super) fn tell(folder: &Path, outcome: &Outcome, globals: &Globals) {
         eprintln!("warning: {warning}");
     }
     println!("{}", outcome.title);
-    for sentence in &outcome.sentences {
-        println!("  {sentence}");
+    for paragraph in &outcome.sentences {
+        println!("{}:", paragraph.heading);
+        for sentence in &paragraph.sentences {
+            println!("  {sentence}");
+        }
     }
     println!(
         "{} points, {} of them known before: {}",
@@ -88,12 +164,7 @@ pub(super) fn tell(folder: &Path, outcome: &Outcome, globals: &Globals) {
         outcome.reused,
         folder.join("report.html").display()
     );
-    if let (Some(best), Some(budget)) = (best, &outcome.budget) {
-        let best = best.display();
-        println!("parameters: {best}");
-        println!(
-            "check them: macula cost SCENE --params {best} --check-budget {}",
-            budget.budget_ms
-        );
+    for (what, command) in next {
+        println!("{what}:\n  {command}");
     }
 }

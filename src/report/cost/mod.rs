@@ -17,8 +17,10 @@ pub struct CostPage {
     pub title: String,
     /// What was measured, a few words each.
     pub subtitle: Vec<String>,
-    /// What follows, in plain sentences.
-    pub sentences: Vec<String>,
+    /// What follows: headings, and plain sentences under each.
+    pub sentences: Vec<(String, Vec<String>)>,
+    /// What to do next: a few words, and the command that does it.
+    pub next: Vec<(String, String)>,
     /// Every warning that was given.
     pub warnings: Vec<String>,
     /// The points, by rising time.
@@ -119,6 +121,7 @@ impl CostPage {
             "title" => out.write_all(tables::escape(&self.title).as_bytes()),
             "subtitle" => sections::subtitle(&self.subtitle, out),
             "sentences" => sections::sentences(&self.sentences, out),
+            "next" => sections::next(&self.next, out),
             "warnings" => tables::warnings(&self.warnings, out),
             "crops" => sections::crops(&self.crops, out),
             "comparisons" => sections::comparisons(&self.comparisons, out),
@@ -169,7 +172,8 @@ mod tests {
         let page = CostPage {
             title: hostile.into(),
             subtitle: vec![hostile.into()],
-            sentences: vec![hostile.into()],
+            sentences: vec![(hostile.into(), vec![hostile.into()])],
+            next: vec![(hostile.into(), hostile.into())],
             warnings: vec![hostile.into()],
             points: vec![PlotPoint {
                 technique: hostile.into(),

@@ -69,6 +69,8 @@
     mse_transition: "MSE in the transition, (W/(m² sr))²", mse_periphery: "MSE in the periphery, (W/(m² sr))²",
   };
   const [LEFT, RIGHT, TOP, BOTTOM, HEIGHT] = [62, 16, 14, 44, 460];
+  /** Pixels of a plot below which levels are not told in full. */
+  const NARROW = 640;
   const chart = byId("chart");
   let focused = null;
 
@@ -130,7 +132,8 @@
         chart.append(draw("path", { class: "crossing", style: `--color: ${color(technique)}`, d: `M${x(ms)} ${y(error) - 7}v14` }));
       }
       const words = at.sort((a, b) => a[1] - b[1]).map(([technique, ms]) => `${technique} ${number(ms)} ms`);
-      const text = `error ${number(error)}: ${words.join(", ")}`;
+      // A narrow plot has no room for more than the level.
+      const text = width < NARROW ? `error ${number(error)}` : `error ${number(error)}: ${words.join(", ")}`;
       // At the end where fewer marks stand in the way.
       const reach = 6.6 * text.length;
       const near = shown.filter((point) => Math.abs(y(point[metric]) - y(error) + 10) < 14).map((point) => x(point.ms));

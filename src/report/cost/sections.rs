@@ -12,12 +12,32 @@ pub(super) fn subtitle(parts: &[String], out: &mut impl Write) -> io::Result<()>
 }
 
 /// What follows.
-pub(super) fn sentences(sentences: &[String], out: &mut impl Write) -> io::Result<()> {
-    write!(out, "<ul class=\"sentences\">")?;
-    for sentence in sentences {
-        write!(out, "<li>{}</li>", escape(sentence))?;
+pub(super) fn sentences(
+    paragraphs: &[(String, Vec<String>)],
+    out: &mut impl Write,
+) -> io::Result<()> {
+    write!(out, "<div class=\"said\">")?;
+    for (heading, sentences) in paragraphs {
+        write!(out, "<section><h2>{}</h2><ul>", escape(heading))?;
+        for sentence in sentences {
+            write!(out, "<li>{}</li>", escape(sentence))?;
+        }
+        write!(out, "</ul></section>")?;
     }
-    write!(out, "</ul>")
+    write!(out, "</div>")
+}
+
+/// What to do next.
+pub(super) fn next(steps: &[(String, String)], out: &mut impl Write) -> io::Result<()> {
+    if steps.is_empty() {
+        return Ok(());
+    }
+    write!(out, "<section class=\"next\"><h2>What to do next</h2><dl>")?;
+    for (what, command) in steps {
+        let (what, command) = (escape(what), escape(command));
+        write!(out, "<dt>{what}</dt><dd><code>{command}</code></dd>")?;
+    }
+    write!(out, "</dl></section>")
 }
 
 /// Pictures beside the reference.
