@@ -20,7 +20,7 @@ pub enum ParamError {
         nearest: Option<&'static str>,
     },
     /// The value is no number of the right kind.
-    #[error("parameter `{key}` takes {expected}, not `{value}`")]
+    #[error("parameter `{key}` takes {expected} in {range}, not `{value}`")]
     NotReadable {
         /// The key.
         key: &'static str,
@@ -28,6 +28,8 @@ pub enum ParamError {
         value: String,
         /// What it takes.
         expected: &'static str,
+        /// The range.
+        range: String,
     },
     /// The value is outside its range.
     #[error("parameter `{key}` is {value}, but must lie in {range}")]
@@ -98,6 +100,7 @@ impl Value for f32 {
 }
 
 fn parse<T: Value>(key: &'static str, text: &str, min: T, max: T) -> Result<T, ParamError> {
+    let range = || format!("{min}..{max}");
     let value: T = text
         .trim()
         .replace('_', "")
@@ -106,12 +109,13 @@ fn parse<T: Value>(key: &'static str, text: &str, min: T, max: T) -> Result<T, P
             key,
             value: text.into(),
             expected: T::EXPECTED,
+            range: range(),
         })?;
     if !value.is_usable() || value < min || value > max {
         return Err(ParamError::OutOfRange {
             key,
             value: text.into(),
-            range: format!("{min}..{max}"),
+            range: range(),
         });
     }
     Ok(value)
@@ -288,7 +292,14 @@ knobs! {
     }
 }
 
+/// Flags of the command line that set a knob, where its key does not end in their name.
+const FLAGS: &[(&str, &str)] = &[("photons", "photon.count")];
+
 fn nearest_key(key: &str) -> Option<&'static str> {
+    let name = key.rsplit('.').next().unwrap_or(key);
+    if let Some((_, key)) = FLAGS.iter().find(|(flag, _)| *flag == name) {
+        return Some(key);
+    }
     let known = Params::default().values();
     nearest(key, known.into_iter().map(|(candidate, _)| candidate))
 }
@@ -297,9 +308,14 @@ fn nearest_key(key: &str) -> Option<&'static str> {
 pub fn nearest<'a>(key: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     candidates
         .into_iter()
-        .map(|candidate| (edit_distance(key, candidate), candidate))
+        .map(|candidate| {
+            let name = candidate.rsplit('.').next().unwrap_or(candidate);
+            let distance = edit_distance(key, candidate).min(edit_distance(key, name));
+            (distance, candidate)
+        })
         .min()
-        .filter(|(distance, candidate)| *distance <= 3 || candidate.ends_with(&format!(".{key}")))
+        // In a short word three other letters make any other word.
+        .filter(|(distance, _)| *distance <= 3.min(key.chars().count() / 2))
         .map(|(_, candidate)| candidate)
 }
 
@@ -429,6 +445,22 @@ mod tests {
     }
 
     #[test]
+    fn a_key_without_its_room_or_named_as_a_flag_is_told_in_full() {
+        for (toml, meant) in [
+            ("photons = 5", "`photon.count`"),
+            ("[photon]\nphotons = 5", "`photon.count`"),
+            ("count = 5", "`photon.count`"),
+            ("seed = 5", "`random.seed`"),
+            ("radius = 5", "`gather.radius_m`"),
+        ] {
+            let error = Params::default().set_toml(toml).unwrap_err().to_string();
+            assert!(error.contains(meant), "{toml}: {error}");
+        }
+        let error = Params::default().set_toml("foo = 5").unwrap_err();
+        assert!(!error.to_string().contains("did you mean"), "{error}");
+    }
+
+    #[test]
     fn values_out_of_range_or_not_numbers_are_refused() {
         let mut params = Params::default();
         for (key, value) in [
@@ -436,8 +468,14 @@ mod tests {
             ("gather.radius_m", "inf"),
             ("gather.radius_m", "-1"),
             ("photon.count", "1.5"),
+            ("photon.count", "-3"),
+            ("photon.count", "64000001"),
+            ("photon.count", "5000000000"),
         ] {
-            assert!(params.set(key, value).is_err(), "{key}={value}");
+            let error = params.set(key, value).unwrap_err().to_string();
+            let knobs = Params::knobs();
+            let knob = knobs.iter().find(|knob| knob.key == key).unwrap();
+            assert!(error.contains(&knob.range), "{error}");
         }
         assert_eq!(params, Params::default());
     }

@@ -406,7 +406,7 @@ fn a_table_run_that_says_nonsense_is_refused_by_name() {
         ("size = \"64\"", "640x480"),
         ("colour = 1", "colour"),
         ("passes = 0", "passes"),
-        ("gaze = \"10\"", "--gaze"),
+        ("gaze = \"10\"", "AZ,EL"),
     ] {
         fs::write(&file, format!("[run]\n{run_table}\n")).unwrap();
         let mut command = command(["render"]);

@@ -2,12 +2,9 @@
 
 use std::error::Error;
 use std::fs;
-use std::num::NonZeroU32;
 use std::path::Path;
 
-use serde::Deserialize;
-
-use super::compare::GazeAngles;
+use super::run_defaults::{RUN_KEYS, RUN_TABLE, RunDefaults};
 use super::{CliError, Globals};
 use crate::gpu::{GpuDevice, GpuError, Headless};
 pub use crate::image::ImageSize;
@@ -22,20 +19,6 @@ pub const DEFAULT_SIZE: ImageSize = ImageSize {
     width: 512,
     height: 512,
 };
-
-/// The table `[run]` of a parameter file: what its frames are besides parameters. A flag of the command line wins over it.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RunDefaults {
-    /// Name of the technique.
-    pub technique: Option<String>,
-    /// Pixels of a picture.
-    pub size: Option<ImageSize>,
-    /// Passes that a picture averages.
-    pub passes: Option<NonZeroU32>,
-    /// Where the eye looks, `AZ,EL` in degrees.
-    pub gaze: Option<GazeAngles>,
-}
 
 /// The parameters: defaults, then `--params`, then each `--set`.
 ///
@@ -68,8 +51,12 @@ pub fn settings(globals: &Globals) -> Result<(Params, RunDefaults), CliError> {
         let mut table: toml::Table = text
             .parse()
             .map_err(|error: toml::de::Error| unusable(error.into()))?;
-        if let Some(table) = table.remove("run") {
-            run = table.try_into().map_err(|error| unusable(error.into()))?;
+        if let Some(table) = table.remove(RUN_TABLE) {
+            run = RunDefaults::read(table).map_err(|fault| unusable(fault.into()))?;
+        }
+        if let Some(key) = RUN_KEYS.iter().find(|key| table.contains_key(**key)) {
+            let fault = format!("`{key}` is no parameter: write it under [{RUN_TABLE}]");
+            return Err(unusable(fault.into()));
         }
         params
             .set_table(table)

@@ -14,6 +14,7 @@ pub mod output;
 pub mod progress;
 pub mod render;
 pub mod replay;
+pub mod run_defaults;
 pub mod run_record;
 pub mod session;
 

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::CliError;
 use super::output::{OutputError, failed};
 use crate::gpu::GpuDevice;
 use crate::params::Params;
@@ -110,10 +111,12 @@ pub(super) fn is_ours(folder: &Path) -> bool {
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn file_sha256(path: &Path) -> Result<String, OutputError> {
-    let mut file = File::open(path).map_err(failed("open", path))?;
+pub fn file_sha256(path: &Path) -> Result<String, CliError> {
+    let unreadable =
+        |error: io::Error| CliError::because(format!("cannot read {}", path.display()), error);
+    let mut file = File::open(path).map_err(unreadable)?;
     let mut hasher = Sha256::new();
-    io::copy(&mut file, &mut hasher).map_err(failed("read", path))?;
+    io::copy(&mut file, &mut hasher).map_err(unreadable)?;
     let digest = hasher.finalize();
     Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
 }
@@ -121,6 +124,13 @@ pub fn file_sha256(path: &Path) -> Result<String, OutputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_read_is_named_and_not_said_to_be_written() {
+        let error = file_sha256(Path::new("absent.exr")).unwrap_err();
+        assert_eq!(error.message, "cannot read absent.exr");
+        assert!(error.cause.is_some());
+    }
 
     #[test]
     fn the_hash_of_a_file_is_the_standard_one() {

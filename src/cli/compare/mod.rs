@@ -15,7 +15,6 @@ use std::str::FromStr;
 
 use clap::builder::{OsStringValueParser, TypedValueParser as _};
 use glam::DVec3;
-use serde::Deserialize;
 
 use super::{CliError, CliResult, Globals, common, eye_columns};
 use crate::metrics::region::{EccentricityLimits, EyeView};
@@ -118,8 +117,7 @@ impl From<OsString> for ReferenceSe {
 }
 
 /// A direction of gaze in angles from the view's axis, as the command line takes it: `AZ,EL` in degrees.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "String")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GazeAngles {
     /// To the right, degrees.
     pub azimuth_deg: f64,
@@ -131,14 +129,6 @@ impl GazeAngles {
     /// Unit direction in view space (+X right, +Y up, -Z forward).
     pub fn dir_in_view(self) -> DVec3 {
         eye_columns::dir_in_view([self.azimuth_deg, self.elevation_deg])
-    }
-}
-
-impl TryFrom<String> for GazeAngles {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
     }
 }
 
@@ -158,7 +148,7 @@ impl FromStr for GazeAngles {
                 })
             })
             .ok_or_else(|| {
-                "two angles in degrees, AZ,EL, within ±180 and ±90: --gaze -5,2.5".to_owned()
+                "two angles in degrees, AZ,EL, within ±180 and ±90, such as -5,2.5".to_owned()
             })
     }
 }
