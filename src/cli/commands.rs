@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use super::{
-    CliResult, Globals, compare, cost, demo, doctor, help, inspect, render, replay, session,
+    CliError, CliResult, Globals, compare, console, cost, demo, doctor, help, inspect, render,
+    replay, session,
 };
 
 /// Real-time global illumination that follows the eye: replay recorded head and gaze sessions through OpenXR, lit by photon mapping.
@@ -68,7 +69,10 @@ pub fn main() -> ExitCode {
         .with_writer(std::io::stderr)
         .without_time()
         .init();
-    match cli.command.run(&cli.globals) {
+    let outcome = cli.command.run(&cli.globals).and_then(|()| {
+        console::finish().map_err(|error| CliError::because("stdout could not be written", error))
+    });
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}", error.message);

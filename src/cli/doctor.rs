@@ -1,7 +1,6 @@
 //! `macula doctor`: what this machine has, what is missing, and how to get it.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 
 use serde::Serialize;
 
@@ -20,17 +19,11 @@ pub struct Args {}
 /// [`CliError`] where nothing of macula can run: no usable Vulkan device.
 pub fn run(_args: Args, globals: &Globals) -> CliResult {
     let diagnosis = Diagnosis::of_this_machine();
-    let text = if globals.json {
-        let json = serde_json::to_string(&diagnosis).map_err(|error| {
-            CliError::because("the diagnosis could not be written as JSON", error)
-        })?;
-        json + "\n"
+    if globals.json {
+        println!("{}", serde_json::to_string(&diagnosis)?);
     } else {
-        diagnosis.to_text()
-    };
-    std::io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| CliError::because("stdout could not be written", error))?;
+        print!("{}", diagnosis.to_text());
+    }
     if diagnosis.vulkan.devices.iter().any(|device| device.usable) {
         Ok(())
     } else {

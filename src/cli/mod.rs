@@ -1,9 +1,23 @@
 //! The command line: the only place that prints, reads the environment or ends the process. One file a subcommand.
 
+/// The standard library's, but for a reader that goes away: there that one panics, [`console`] stops.
+macro_rules! print {
+    ($($text:tt)*) => { $crate::cli::console::print(format_args!($($text)*)) };
+}
+/// As `print!`, with the end of the line.
+macro_rules! println {
+    ($($text:tt)*) => { print!("{}\n", format_args!($($text)*)) };
+}
+/// As `println!`, to stderr.
+macro_rules! eprintln {
+    ($($text:tt)*) => { $crate::cli::console::print_error(format_args!("{}\n", format_args!($($text)*))) };
+}
+
 pub mod collect;
 pub mod commands;
 pub mod common;
 pub mod compare;
+pub mod console;
 pub mod cost;
 pub mod demo;
 pub mod doctor;

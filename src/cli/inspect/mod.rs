@@ -4,13 +4,12 @@ mod measure;
 mod text;
 
 use std::collections::BTreeMap;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{CliError, CliResult, Globals, common};
+use super::{CliResult, Globals, common};
 use crate::effect_cost::EffectCost;
 use crate::frame;
 use crate::params::Params;
@@ -43,7 +42,7 @@ pub struct Args {
 /// Runs `macula inspect`.
 ///
 /// # Errors
-/// A scene that cannot be loaded, or a stdout that takes no text.
+/// A scene that cannot be loaded.
 pub fn run(args: Args, globals: &Globals) -> CliResult {
     let params = common::params(globals)?;
     let entry = common::technique(&args.technique)?;
@@ -52,14 +51,12 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     if args.measure {
         inspection.effect_costs = measure::effect_costs(scene, &params, entry, globals)?;
     }
-    let text = if globals.json {
-        serde_json::to_string_pretty(&inspection)? + "\n"
+    if globals.json {
+        println!("{}", serde_json::to_string_pretty(&inspection)?);
     } else {
-        inspection.to_text()
-    };
-    std::io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| CliError::because("stdout could not be written", error))
+        print!("{}", inspection.to_text());
+    }
+    Ok(())
 }
 
 /// What a scene file holds. Serialised, it is what `--json` prints.
