@@ -259,6 +259,17 @@ fn the_noise_of_references_is_found_beside_each_frame() {
     let refused = macula::cli::compare::judge_sequence(&refused, LIMITS).unwrap();
     assert_eq!(refused.frames_with_reference_se, 0);
     assert!(refused.to_string().contains("not known"));
+
+    fs::remove_file(reference.join("left_00000.se.exr")).unwrap();
+    let partly = judge(&judged, &reference).unwrap();
+    assert_eq!(partly.frames_with_reference_se, 3);
+    assert!(partly.to_string().contains("known of 3 of 4 frames"));
+    let whole = partly.areas.whole.as_ref().unwrap();
+    assert_eq!(whole.area.as_ref().unwrap().error.reference_noise, None);
+    let change = whole.temporal.unwrap();
+    assert_eq!(change.temporal_mse_reference_noise, None);
+    let eyes = partly.stereo.as_ref().unwrap().whole.unwrap();
+    assert_eq!(eyes.reference_disagreement_mse, None);
 }
 
 #[test]

@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::block::{self, BLOCK_SIDE};
 use super::error::ImagePair;
 use super::region::{ByRegion, EccentricityLimits, EyeView, eccentricity_rad};
-use super::temporal::mean;
+use super::temporal::{mean, mean_of_all};
 
 /// One eye's picture, its reference and, if it is known, where it looked.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +80,7 @@ pub fn disagreement(eyes: [Eye; 2], limits: EccentricityLimits) -> ByRegion<Disa
 }
 
 impl Disagreement {
-    /// The mean over frames; `None` for none.
+    /// The mean over frames; that of the references' own disagreement is known if it is known of all. `None` for none.
     pub fn mean(frames: &[Self]) -> Option<Self> {
         let each = |figure: fn(&Self) -> f64| mean(frames.iter().map(figure));
         let (disagreement_mse, block_mse) = (
@@ -92,10 +92,8 @@ impl Disagreement {
             disagreement_mse,
             block_mse,
             disagreement_share: share(disagreement_mse, block_mse),
-            reference_disagreement_mse: mean(
-                frames
-                    .iter()
-                    .filter_map(|frame| frame.reference_disagreement_mse),
+            reference_disagreement_mse: mean_of_all(
+                frames.iter().map(|frame| frame.reference_disagreement_mse),
             ),
             left_right_ratio: std::array::from_fn(|channel| {
                 mean(

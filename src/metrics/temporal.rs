@@ -80,17 +80,15 @@ impl TemporalError {
         })
     }
 
-    /// The mean over frame pairs, as Eq. 9 takes it; `None` for none.
+    /// The mean over frame pairs, as Eq. 9 takes it; that of the noise is known if it is known of all. `None` for none.
     pub fn mean(pairs: &[Self]) -> Option<Self> {
         let each = |figure: fn(&Self) -> f64| mean(pairs.iter().map(figure));
         Some(Self {
             temporal_mse: each(|pair| pair.temporal_mse)?,
             temporal_mse_reference: each(|pair| pair.temporal_mse_reference)?,
             temporal_mse_error: each(|pair| pair.temporal_mse_error)?,
-            temporal_mse_reference_noise: mean(
-                pairs
-                    .iter()
-                    .filter_map(|pair| pair.temporal_mse_reference_noise),
+            temporal_mse_reference_noise: mean_of_all(
+                pairs.iter().map(|pair| pair.temporal_mse_reference_noise),
             ),
         })
     }
@@ -115,6 +113,11 @@ pub(super) fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
             (sum + value, count + 1)
         });
     (count > 0).then(|| sum / count as f64)
+}
+
+/// The mean, or `None` if one is not known or there is none.
+pub(super) fn mean_of_all(values: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    mean(values.into_iter().collect::<Option<Vec<f64>>>()?)
 }
 
 #[cfg(test)]

@@ -16,7 +16,8 @@ use crate::metrics::stereo::{self, Disagreement};
 use crate::metrics::temporal::TemporalError;
 use crate::metrics::{Area, Comparison};
 
-/// What `compare` reports of a sequence. Every figure is the mean over its frames (and eyes), or over its pairs of consecutive frames.
+/// What `compare` reports of a sequence. Every figure is the mean over its frames (and eyes), or over its pairs of consecutive frames;
+/// a PSNR is that of the mean squared error.
 #[derive(Clone, Debug, Serialize)]
 pub struct SequenceJudgement {
     /// The folder that was judged.

@@ -75,7 +75,12 @@ impl Display for SequenceJudgement {
                 f,
                 "its noise  not known: it is in every error (NAME.se.exr beside NAME.exr would tell it)"
             )?,
-            known => writeln!(f, "its noise  known of {known} frames")?,
+            known if known == self.frames => writeln!(f, "its noise  known of {known} frames")?,
+            known => writeln!(
+                f,
+                "its noise  known of {known} of {} frames: means that need it are told only where all their frames have it",
+                self.frames
+            )?,
         }
         write_faults(f, self.faults)?;
         if self.frames_against_black > 0 {
@@ -90,7 +95,10 @@ impl Display for SequenceJudgement {
             Some((name, &area.error, Some(area)))
         });
         write_errors(f, &Vec::from_iter(areas))?;
-        writeln!(f, "Means over frames.")?;
+        writeln!(
+            f,
+            "Means over frames; PSNR is that of the mean squared error."
+        )?;
         self.write_changes(f)?;
         self.write_stereo(f)?;
         writeln!(f)?;
