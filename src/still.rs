@@ -8,7 +8,7 @@ use crate::gather::{EyeImage, EyeSettings};
 use crate::gpu::pass::Recorder;
 use crate::gpu::timing::{PassTime, PassTimer};
 use crate::gpu::{GpuDevice, GpuError};
-use crate::image::LinearImage;
+use crate::image::{LinearImage, Scatter};
 use crate::params::Params;
 use crate::scene::ScenePose;
 use crate::scene::effects::Effects;
@@ -25,6 +25,8 @@ pub struct Still<'a> {
     eye: EyeSettings,
     image: EyeImage,
     timer: PassTimer,
+    /// Of the passes, where it is kept; the image then holds the last one alone.
+    scatter: Option<Scatter>,
     /// Passes in the picture.
     passes: u32,
     /// Passes since the start: another one gives other random numbers.
@@ -81,9 +83,24 @@ impl<'a> Still<'a> {
             eye,
             image: EyeImage::new(gpu, size.0, size.1)?,
             timer: PassTimer::new(gpu),
+            scatter: None,
             passes: 0,
             frame: 0,
         })
+    }
+
+    /// Keeps the scatter of the passes too, where the technique's are independent, for [`Still::standard_error`]. Costs a reading of the
+    /// picture each pass. Starts the picture anew.
+    pub fn keep_scatter(&mut self) {
+        self.start_over();
+        self.scatter = self
+            .technique
+            .has_independent_passes()
+            .then(|| self.no_scatter());
+    }
+
+    fn no_scatter(&self) -> Scatter {
+        Scatter::new(self.image.width() as usize * self.image.height() as usize)
     }
 
     /// Adds one pass; returns the time of its stages.
@@ -92,7 +109,7 @@ impl<'a> Still<'a> {
     /// [`GpuError`] when the device fails.
     pub fn add_pass(&mut self) -> Result<Vec<PassTime>, GpuError> {
         let mut recorder = Recorder::new(self.gpu, &mut self.timer);
-        if self.passes == 0 {
+        if self.passes == 0 || self.scatter.is_some() {
             self.image.clear(recorder.encoder());
         }
         let frame = FrameSettings {
@@ -107,6 +124,11 @@ impl<'a> Still<'a> {
         };
         self.technique.shade(&mut recorder, &eye, &self.image)?;
         let times = recorder.finish()?;
+        if let Some(scatter) = &mut self.scatter {
+            let pass = self.image.read(self.gpu)?;
+            let pass = pass.rgb.iter().map(|rgb| rgb.map(f64::from));
+            scatter.add(&Vec::from_iter(pass));
+        }
         self.passes += 1;
         self.frame += 1;
         Ok(times)
@@ -115,6 +137,9 @@ impl<'a> Still<'a> {
     /// Starts the picture anew, with random numbers that no pass has had: the next pass is the first of another, independent picture.
     pub fn start_over(&mut self) {
         self.passes = 0;
+        if self.scatter.is_some() {
+            self.scatter = Some(self.no_scatter());
+        }
     }
 
     /// The mean over the passes so far.
@@ -122,7 +147,27 @@ impl<'a> Still<'a> {
     /// # Errors
     /// [`GpuError`] when the device fails.
     pub fn read(&self) -> Result<LinearImage, GpuError> {
-        self.image.read(self.gpu)
+        match &self.scatter {
+            Some(scatter) => Ok(self.picture(scatter.mean())),
+            None => self.image.read(self.gpu),
+        }
+    }
+
+    /// The standard error of each channel of the mean, where the scatter is kept and there are two passes at least.
+    pub fn standard_error(&self) -> Option<LinearImage> {
+        let scatter = self
+            .scatter
+            .as_ref()
+            .filter(|scatter| scatter.samples() > 1)?;
+        Some(self.picture(scatter.standard_error()))
+    }
+
+    fn picture(&self, rgb: Vec<[f32; 3]>) -> LinearImage {
+        LinearImage {
+            width: self.image.width(),
+            height: self.image.height(),
+            rgb,
+        }
     }
 
     /// What happened in the last pass.

@@ -218,6 +218,17 @@ impl OutputFile {
         Ok(self.target.clone())
     }
 
+    /// Removes what [`OutputFile::finish`] would replace, because what it belongs to changes now.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn remove_old(&self) -> Result<(), OutputError> {
+        if exists(&self.target)? {
+            fs::remove_file(&self.target).map_err(failed("remove", &self.target))?;
+        }
+        Ok(())
+    }
+
     /// Ends early: the path of `NAME.partial`, or `None` if nothing was written: then it goes away.
     pub fn keep_partial(self) -> Option<PathBuf> {
         (!self.is_empty()).then(|| self.partial.clone())

@@ -53,7 +53,9 @@ pub struct Args {
     /// Seed of the random numbers; short for --set random.seed=N.
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
-    /// The picture to write: .exr holds radiance, .png a tone-mapped view of it.
+    /// The picture to write: .exr holds radiance, .png a tone-mapped view of it. Beside FILE.exr, from two passes of `path` on,
+    /// FILE.se.exr holds the standard error of each value, which `compare` takes by itself. The photon maps get none: their radius
+    /// shrinks from pass to pass, and the scatter of the passes does not tell of that bias.
     #[arg(long, value_name = "FILE.exr|.png")]
     pub out: PathBuf,
 }
@@ -61,6 +63,9 @@ pub struct Args {
 #[derive(Serialize)]
 struct Summary {
     out: PathBuf,
+    /// The file with the standard error of `out`, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    standard_error: Option<PathBuf>,
     technique: &'static str,
     passes: u32,
     device: String,
@@ -105,6 +110,13 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         .or(defaults.passes.map(NonZeroU32::get))
         .unwrap_or(DEFAULT_PASSES);
     let output = OutputFile::create(&args.out, globals.force)?;
+    let standard_error = match format {
+        PictureFormat::Exr => Some(args.out.with_extension("se.exr")),
+        PictureFormat::Png => None,
+    };
+    let standard_error = standard_error
+        .map(|path| OutputFile::create(&path, globals.force))
+        .transpose()?;
     let interrupted = interrupt_flag()?;
 
     let scene = Scene::load(&args.scene)?;
@@ -116,6 +128,9 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     let gaze = gaze.map(|gaze| gaze.dir_in_view().as_vec3());
     let size = (size.width, size.height);
     let mut still = Still::start(&gpu, &loaded, &params, entry, view, size, gaze)?;
+    if standard_error.is_some() {
+        still.keep_scatter();
+    }
 
     let started = Instant::now();
     let progress = Progress::new(
@@ -148,7 +163,18 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
         PictureFormat::Exr => exr::write(output.path(), &image)?,
         PictureFormat::Png => png::write(output.path(), &image, params.display.exposure_ev)?,
     }
+    // An older picture's standard error must at no moment stand beside this one.
+    if let Some(old) = &standard_error {
+        old.remove_old()?;
+    }
     let out = output.finish()?;
+    let standard_error = match standard_error.zip(still.standard_error()) {
+        Some((file, image)) => {
+            exr::write(file.path(), &image)?;
+            Some(file.finish()?)
+        }
+        None => None,
+    };
 
     let pixels = image.rgb.len() as f64;
     let mean = [0, 1, 2].map(|channel| {
@@ -161,6 +187,7 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     });
     let summary = Summary {
         out,
+        standard_error,
         technique: entry.name,
         passes,
         device: gpu.info.name.clone(),
@@ -195,6 +222,9 @@ fn report(summary: &Summary, globals: &Globals) {
         summary.wall_s,
         summary.device
     );
+    if let Some(path) = &summary.standard_error {
+        println!("{}: the standard error of each value", path.display());
+    }
     for (name, ms) in &summary.pass_ms {
         println!(
             "  {name:<18} {:9.1} ms a pass",

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 
 use super::store::{read_json, write_json};
 use super::{CostError, store_error};
-use crate::image::{ImageSize, LinearImage, exr};
+use crate::image::{ImageSize, LinearImage, Scatter, exr};
 use crate::oracle::{Oracle, PathSettings};
 use crate::scene::loaded::LoadedScene;
 use crate::view::View;
@@ -147,7 +147,7 @@ impl Reference {
         let oracle = Oracle::new(&scene.scene, &scene.caster, &pose);
         let started = Instant::now();
         let mut scatter = Scatter::new(size.width as usize * size.height as usize);
-        while scatter.samples < MIN_SAMPLES || started.elapsed() < limit {
+        while scatter.samples() < MIN_SAMPLES || started.elapsed() < limit {
             if interrupted.load(Ordering::SeqCst) {
                 return None;
             }
@@ -157,7 +157,7 @@ impl Reference {
                 caustic_photons: CAUSTIC_PHOTONS_PER_PATH * size.width * size.height,
                 caustic_radius_m: 0.0,
                 seed,
-                frame: scatter.samples,
+                frame: scatter.samples(),
             };
             let pixels = (size.width, size.height);
             let estimates = oracle.sums(view.pose.to_affine(), view.fov, pixels, &settings);
@@ -173,69 +173,9 @@ impl Reference {
             image: picture(scatter.mean()),
             standard_error: Some(picture(scatter.standard_error())),
             origin: Origin::Oracle {
-                samples: scatter.samples,
+                samples: scatter.samples(),
                 seconds: started.elapsed().as_secs(),
             },
         })
-    }
-}
-
-/// Running means and sums of squared deviations (Welford, "Note on a Method for Calculating Corrected Sums of Squares and Products", 1962).
-struct Scatter {
-    samples: u32,
-    mean: Vec<[f64; 3]>,
-    deviation: Vec<[f64; 3]>,
-}
-
-impl Scatter {
-    fn new(pixels: usize) -> Self {
-        Self {
-            samples: 0,
-            mean: vec![[0.0; 3]; pixels],
-            deviation: vec![[0.0; 3]; pixels],
-        }
-    }
-
-    fn add(&mut self, estimates: &[[f64; 3]]) {
-        self.samples += 1;
-        let count = f64::from(self.samples);
-        let running = self.mean.iter_mut().zip(&mut self.deviation);
-        for ((mean, deviation), estimate) in running.zip(estimates) {
-            for channel in 0..3 {
-                let before = estimate[channel] - mean[channel];
-                mean[channel] += before / count;
-                deviation[channel] += before * (estimate[channel] - mean[channel]);
-            }
-        }
-    }
-
-    fn mean(&self) -> Vec<[f32; 3]> {
-        self.mean.iter().map(|rgb| rgb.map(|x| x as f32)).collect()
-    }
-
-    /// Of the mean: the root of s²/n.
-    fn standard_error(&self) -> Vec<[f32; 3]> {
-        let count = f64::from(self.samples);
-        let error = |square: f64| (square / (count * (count - 1.0).max(1.0))).sqrt() as f32;
-        self.deviation.iter().map(|rgb| rgb.map(error)).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_scatter_of_estimates_gives_the_standard_error_of_their_mean() {
-        let mut scatter = Scatter::new(1);
-        for value in [1.0, 2.0, 3.0, 6.0] {
-            scatter.add(&[[value, 2.0 * value, 5.0]]);
-        }
-        assert_eq!(scatter.mean(), [[3.0, 6.0, 5.0]]);
-        // The variance of the four is 14/3; of their mean a fourth of that.
-        let expected = (14.0_f32 / 12.0).sqrt();
-        let [red, green, blue] = scatter.standard_error()[0];
-        assert!((red - expected).abs() < 1e-6 && (green - 2.0 * expected).abs() < 1e-6);
-        assert_eq!(blue, 0.0);
     }
 }

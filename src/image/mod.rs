@@ -3,8 +3,10 @@
 pub mod exr;
 pub mod png;
 pub mod present;
+mod scatter;
 mod size;
 
+pub use scatter::Scatter;
 pub use size::ImageSize;
 
 /// A picture in linear RGB, row by row from the top left; radiance in W/(m² sr) unless its maker says otherwise.

@@ -35,6 +35,12 @@ pub trait Technique {
         image: &EyeImage,
     ) -> Result<(), GpuError>;
 
+    /// Whether the passes of a picture are independent estimates of one and the same, so that their scatter tells how sure their mean is.
+    /// A technique whose radius shrinks from pass to pass has another bias in each, of which no scatter tells.
+    fn has_independent_passes(&self) -> bool {
+        false
+    }
+
     /// What happened in the last frame; waits for the device.
     ///
     /// # Errors

@@ -79,6 +79,10 @@ impl Technique for PathTracing<'_> {
         self.host_samples.record(recorder, "resolve", &sums, image)
     }
 
+    fn has_independent_passes(&self) -> bool {
+        true
+    }
+
     fn statistics(&self, _: &GpuDevice) -> Result<Statistics, GpuError> {
         Ok(Statistics {
             counts: vec![("paths", self.paths as f64)],
