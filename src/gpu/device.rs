@@ -305,12 +305,14 @@ pub(super) fn create_instance(
     maker: &dyn VulkanMaker,
 ) -> Result<(ash::Instance, wgpu::hal::vulkan::Instance), GpuError> {
     let flags = wgpu::InstanceFlags::empty();
-    let extensions =
+    let mut extensions =
         <Vulkan as wgpu::hal::Api>::Instance::desired_extensions(entry, API_VERSION, flags)
             .map_err(|error| GpuError::Failed {
                 during: "listing instance extensions".into(),
                 reason: error.to_string(),
             })?;
+    // macula opens no window. Asked for Wayland's surfaces, a layer of Mesa's looks for a compositor and complains where there is none.
+    extensions.retain(|name| !name.to_bytes().ends_with(b"_surface"));
     let extension_names: Vec<*const c_char> = extensions.iter().map(|name| name.as_ptr()).collect();
     let application = vk::ApplicationInfo::default()
         .application_name(c"macula")
