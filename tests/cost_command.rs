@@ -151,7 +151,7 @@ fn a_choice_stays_until_another_budget_is_asked_for() {
     let out = home.path().join("out");
     let budget = cost(
         &out,
-        "--sweep photons=100 --budget-ms 100000 --search-seconds 1",
+        "--sweep photons=100 --budget-ms 300 --search-seconds 1",
     );
     assert_eq!(budget.code, Some(0), "{}", budget.complaint);
     let best = fs::read(out.join("best.toml")).unwrap();
