@@ -288,20 +288,20 @@ fn a_budget_is_searched_confirmed_and_written_as_parameters_that_render_takes() 
     // A budget that any machine meets, and a search that is over soon.
     let found = cost(
         &out,
-        "--sweep photons=100,400 --budget-ms 5000 --search-seconds 3 --set direct.shadow_rays=3",
+        "--sweep photons=100,400 --budget-ms 800 --search-seconds 3 --set direct.shadow_rays=3",
     );
     assert_eq!(found.code, Some(0), "{}", found.complaint);
     let found = found.json();
     assert_eq!(found["budget"]["is_met"], true);
     assert!(
-        found["title"].as_str().unwrap().starts_with("5000 ms buy"),
+        found["title"].as_str().unwrap().starts_with("800 ms buy"),
         "{}",
         found["title"]
     );
     let best = out.join("best.toml");
     let text = fs::read_to_string(&best).unwrap();
     assert!(
-        text.starts_with("# ") && text.contains("--budget-ms 5000"),
+        text.starts_with("# ") && text.contains("--budget-ms 800"),
         "{text}"
     );
     let key = found["budget"]["point"].as_str().unwrap();
