@@ -68,6 +68,33 @@ pub fn milk_glass(alpha: f64) -> Bsdf {
     }
 }
 
+/// A wall of glass without inside, with a rough sheen: light is reflected in a lobe and passes straight on.
+pub fn thin_wall(alpha: f64) -> Bsdf {
+    Bsdf {
+        alpha,
+        interface: Some(Interface {
+            tint: DVec3::ONE,
+            ior: 1.5,
+            is_thin: true,
+        }),
+        ..lambert(0.0)
+    }
+}
+
+/// Half gold, half a coated base of gold's colour, as glTF mixes them (metallicFactor 0.5).
+pub fn part_metal(alpha: f64) -> Bsdf {
+    Bsdf {
+        albedo: 0.5 * GOLD.f0,
+        coat: COAT,
+        reflection: Schlick {
+            f0: COAT.f0.lerp(GOLD.f0, 0.5),
+            f90: 1.0,
+        },
+        alpha,
+        interface: None,
+    }
+}
+
 pub fn rough_bsdfs() -> Vec<(&'static str, Bsdf)> {
     vec![
         ("Lambert", lambert(0.8)),
@@ -77,7 +104,11 @@ pub fn rough_bsdfs() -> Vec<(&'static str, Bsdf)> {
         ("brushed metal", metal(0.15)),
         ("frosted glass from outside", glass(1.5, 0.3)),
         ("frosted glass from inside", glass(1.0 / 1.5, 0.3)),
+        ("nearly smooth glass from outside", glass(1.5, 0.05)),
+        ("nearly smooth glass from inside", glass(1.0 / 1.5, 0.05)),
         ("milk glass", milk_glass(0.4)),
+        ("thin wall", thin_wall(0.3)),
+        ("part metal", part_metal(0.3)),
     ]
 }
 
