@@ -1,7 +1,7 @@
 //! use eye
 // Follows one eye path a pixel, jittered in the pixel, through mirrors and glass to where light is gathered.
 // Source: Jensen 1996, section 3.1; visible points as in Hachisuka et al., "Progressive Photon Mapping", 2008.
-// Limits: `chain_max` traced vertices; what lies beyond is black.
+// Limits: `chain_max` mirrors and glass faces; what lies beyond the next one is black.
 
 @group(1) @binding(1) var<storage, read_write> visible_points_: array<VisiblePoint>;
 @group(1) @binding(2) var<storage, read_write> seen_emission: array<vec4f>;
@@ -52,7 +52,8 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
       if (!has_other_way) { break; }
       chain = other_way;
     }
-    while (chain.depth < eye.chain_max) {
+    // A path ends at the surface after the last one that it passes.
+    while (chain.depth <= eye.chain_max) {
       let hit = trace(chain.ray, false);
       if (hit.triangle == NO_TRIANGLE) { break; }
       let surface = surface_at(hit, chain.ray);

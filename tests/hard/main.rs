@@ -3,6 +3,7 @@
 //! A case is data: a scene, what its picture must be, and a control that shows that the judgement can fail (`runner`).
 
 mod angles;
+mod bounds;
 mod capacity;
 mod frames;
 mod gaze;
@@ -54,6 +55,30 @@ fn the_suite_counts_its_cases() {
         println!("{family}: {count} cases");
         assert!(count > 0, "{family}");
     }
+    let pictures = [
+        angles::cases(),
+        capacity::cases(),
+        geometry::cases(),
+        image_sizes::cases(),
+        intensities::cases(),
+        mixtures::cases(),
+        photons_and_lights::cases(),
+        roughness::cases(),
+        scale_and_place::cases(),
+        walls::cases(),
+    ];
+    let pictures = || pictures.iter().flatten();
+    let [bounded, vague] = [
+        pictures()
+            .filter(|case| case.bound_w_m2_sr().is_some())
+            .count(),
+        pictures().filter(|case| case.is_vague()).count(),
+    ];
+    let all = pictures().count();
+    println!(
+        "{bounded} of {all} cases with pictures have a bound of energy, {vague} ask for no more than some light"
+    );
+    assert!(2 * bounded > all, "most cases have a bound");
     let count: usize = families.iter().map(|(_, count)| count).sum();
     let techniques = runner::techniques().len();
     println!(

@@ -3,9 +3,9 @@
 use glam::Vec3;
 use serde_json::json;
 
-use crate::maker::{Stage, bundled, lambert};
+use crate::maker::{Stage, lambert};
 use crate::runner::{Case, Control, Expected, hold};
-use crate::stages::{LAMP_M, above, floor, floor_mean};
+use crate::stages::{FURNACE, LAMP_M, above, floor, floor_mean, furnace, metal};
 use macula::scene::Scene;
 
 fn lit_floor() -> Scene {
@@ -52,15 +52,11 @@ pub fn cases() -> Vec<Case> {
         json!({"type": "point", "intensity": 5.0, "color": [0.0, 0.0, 0.0]}),
         json!({"translation": LAMP_M.to_array()}),
     );
-    let cornell = || Scene::load(&bundled("cornell.glb")).unwrap();
-    let dark = || Box::new(floor(above()).load());
-    let lit = |name, key, value| {
-        Case::new(name, cornell(), Expected::Lit)
-            .set("photon.count", "500")
-            .set(key, value)
-            .passes(2)
-            .control(Control::Scene(dark()))
-    };
+    let on_floor =
+        |name, key, value| Case::new(name, lit_floor(), Expected::Mean(right)).set(key, value);
+    let in_furnace =
+        |name, scene, key, value| Case::new(name, scene, Expected::Mean(FURNACE)).set(key, value);
+    let mirror = furnace().cuboid(Vec3::ZERO, Vec3::splat(0.4), metal(0.0));
     vec![
         Case::new("no photons", lit_floor(), Expected::WithoutPhotons(right))
             .set("photon.count", "0")
@@ -89,30 +85,57 @@ pub fn cases() -> Vec<Case> {
             lamp_in_a_box(false),
             lamp_in_a_box(true),
         ),
+        // Nearly all of its light falls on a spot narrower than any pixel: what a picture of it sees is chance.
         Case::new(
             "a lamp a tenth of a millimetre above the floor",
             with_lamps(&[(Vec3::new(0.1, 1e-4, 0.1), 3.0)]),
             Expected::Lit,
         )
-        .control(Control::Scene(dark())),
-        lit("one photon path a pass", "photon.count", "1").set("gather.radius_m", "2"),
-        lit(
+        .control(Control::Scene(Box::new(floor(above()).load()))),
+        on_floor("one photon path a pass", "photon.count", "1")
+            .set("gather.radius_m", "2")
+            .passes(64)
+            .control(Control::Brighter(4.0)),
+        on_floor(
             "photons that end at the first surface",
             "photon.depth_max",
             "1",
         ),
-        lit("a radius wider than the scene", "gather.radius_m", "1000")
-            .warned("gather.radius_m")
-            .photons_only("it has no radius"),
-        lit(
-            "a radius of a tenth of a micrometre",
+        in_furnace(
+            "a radius wider than the scene",
+            furnace().load(),
             "gather.radius_m",
-            "1e-7",
+            "1000",
+        )
+        .warned("gather.radius_m")
+        .photons_only("it has no radius"),
+        // Not one of the photons falls into such a disc.
+        Case::new(
+            "a radius of a tenth of a micrometre",
+            lit_floor(),
+            Expected::WithoutPhotons(right),
+        )
+        .set("gather.radius_m", "1e-7")
+        .control(Control::Added(0.2)),
+        in_furnace(
+            "eye paths by way of one mirror",
+            mirror.load(),
+            "eye.chain_max",
+            "1",
         ),
-        lit("eye paths of one surface", "eye.chain_max", "1"),
-        lit("sixty-four candidates", "direct.candidates", "64"),
-        lit("sixty-four samples a pixel", "fovea.samples", "64"),
-        lit("discs as flat as a hundredth", "gather.flatness", "0.01"),
+        Case::new(
+            "sixty-four candidates",
+            with_lamps(&many_lamps()),
+            Expected::Mean(sum),
+        )
+        .set("direct.candidates", "64"),
+        on_floor("sixty-four samples a pixel", "fovea.samples", "64"),
+        in_furnace(
+            "discs as flat as a hundredth",
+            furnace().load(),
+            "gather.flatness",
+            "0.01",
+        ),
     ]
 }
 

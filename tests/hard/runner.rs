@@ -151,6 +151,17 @@ impl Case {
         Series::take(&self.recipe(technique), scene, self.passes)
     }
 
+    /// The most radiance that lights and surfaces allow before the case's eye, if a bound is known, W/(m² sr).
+    pub fn bound_w_m2_sr(&self) -> Option<f64> {
+        let eye = self.scene.cameras[0].view(1, 1).pose.position_m;
+        radiance_bound_w_m2_sr(&self.scene, 0.0, Some(eye))
+    }
+
+    /// Whether the case asks for no more than some light.
+    pub fn is_vague(&self) -> bool {
+        matches!(self.expected, Expected::Lit)
+    }
+
     /// Judges one technique.
     fn judge(&self, technique: &'static str) -> Result<(), String> {
         let target = match &self.expected {
@@ -168,6 +179,10 @@ impl Case {
                 Target::of(&Series::take(&recipe, &self.scene, self.passes))
             }
             Expected::Like(scene) => Target::of(&self.take(technique, scene)),
+        };
+        let target = Target {
+            bound: self.bound_w_m2_sr(),
+            ..target
         };
         let series = self.take(technique, &self.scene);
         self.verdict(&series, &target)?;
@@ -205,7 +220,7 @@ impl Case {
         if !is_told {
             return Err(format!("the warnings are `{warnings}`"));
         }
-        if let Some(bound) = radiance_bound_w_m2_sr(&self.scene) {
+        if let Some(bound) = target.bound {
             let margin = tolerance([bound; 3], series.standard_error);
             if (0..3).any(|c| series.mean[c] > bound + margin[c]) {
                 let mean = series.mean;
@@ -242,10 +257,11 @@ fn tolerance(expected: [f64; 3], standard_error: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|c| BIAS * expected[c] + STANDARD_ERRORS * standard_error[c])
 }
 
-/// A mean that is wanted, and how surely it is known.
+/// A mean that is wanted, how surely it is known, and the most that is possible.
 struct Target {
     mean: [f64; 3],
     standard_error: [f64; 3],
+    bound: Option<f64>,
 }
 
 impl Target {
@@ -254,6 +270,7 @@ impl Target {
         Self {
             mean,
             standard_error,
+            bound: None,
         }
     }
 
@@ -261,6 +278,7 @@ impl Target {
         Self {
             mean: series.mean,
             standard_error: series.standard_error,
+            bound: None,
         }
     }
 }

@@ -6,7 +6,7 @@ use macula::scene::Scene;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-use crate::maker::Stage;
+use crate::maker::{Stage, lambert};
 
 /// A number from 0 to 1, its ends often.
 fn share() -> impl Strategy<Value = f32> {
@@ -147,21 +147,61 @@ fn light() -> impl Strategy<Value = RandomLight> {
 /// A scene as plain data.
 #[derive(Clone, Debug)]
 pub struct RandomScene {
+    /// Radiance, W/(m² sr), and albedo of the walls of a glowing room around all, if there is one: most pictures there are nearly as bright
+    /// as lights and surfaces allow.
+    room: Option<(f32, f32)>,
     shapes: Vec<(RandomShape, RandomMaterial)>,
     lights: Vec<RandomLight>,
 }
+
+/// Half of a side of the glowing room, metres: it holds every shape, and heads near the camera.
+const ROOM_HALF_M: f32 = 8.0;
 
 /// Up to five shapes and three lights.
 pub fn any_scene() -> impl Strategy<Value = RandomScene> {
     let shapes = prop::collection::vec((shape(), material()), 0..5);
     let lights = prop::collection::vec(light(), 0..3);
-    (shapes, lights).prop_map(|(shapes, lights)| RandomScene { shapes, lights })
+    (shapes, lights).prop_map(|(shapes, lights)| RandomScene {
+        room: None,
+        shapes,
+        lights,
+    })
+}
+
+/// Up to five shapes that emit nothing, each of Lambert, metal or glass, in a glowing room.
+pub fn any_furnace() -> impl Strategy<Value = RandomScene> {
+    let room = (magnitude(), 0.0..0.9f32);
+    let shapes = prop::collection::vec((shape(), material()), 0..5);
+    (room, shapes).prop_map(|(room, mut shapes)| {
+        for (shape, material) in &mut shapes {
+            material.emission = None;
+            material.metallic = material.metallic.ceil();
+            material.specular = 0.0;
+            material.transmission = material.transmission.ceil();
+            // What bounds a solid closes it.
+            material.is_solid &= matches!(shape, RandomShape::Box(..));
+        }
+        let (room, lights) = (Some(room), Vec::new());
+        RandomScene {
+            room,
+            shapes,
+            lights,
+        }
+    })
 }
 
 impl RandomScene {
     /// Written as a file and loaded, seen from outside.
     pub fn load(&self) -> Scene {
-        let stage = Stage::new(Vec3::new(0.5, 0.7, 3.0), Vec3::ZERO);
+        let mut stage = Stage::new(Vec3::new(0.5, 0.7, 3.0), Vec3::ZERO);
+        if let Some((radiance, albedo)) = self.room {
+            let mut wall = lambert([albedo; 3]);
+            wall["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
+            wall["extensions"]["KHR_materials_emissive_strength"] =
+                json!({"emissiveStrength": radiance});
+            wall["doubleSided"] = json!(false);
+            stage = stage.cuboid(Vec3::ZERO, Vec3::splat(-ROOM_HALF_M), wall);
+        }
         let stage = self.shapes.iter().fold(stage, |stage, (shape, material)| {
             let material = material.gltf();
             match shape {
