@@ -2,8 +2,9 @@
 
 use macula::image::{LinearImage, exr};
 use macula::scene::Scene;
+use macula::scene::loaded::LoadedScene;
 
-use crate::maker::{Recipe, reduced};
+use crate::maker::{Recipe, gpu, reduced};
 use crate::shared::shared;
 
 /// Pictures of other random numbers, from which the noise of their mean is told.
@@ -142,4 +143,72 @@ fn no_light_leaks_into_the_dark_room() {
     };
     let measured = measure(&Scene::load(&path).unwrap());
     assert!(measured.mean.iter().all(|value| *value == 0.0));
+}
+
+/// Pixels of the reference to one of the oracle's picture, along each side.
+const BLOCK: u32 = 10;
+/// Standard errors that a mean may be off: one run in 15 000 is by chance.
+const STANDARD_ERRORS: f64 = 4.0;
+/// The share of blocks left out of a comparison: those of which the reference itself is least sure. They hold its few outliers, and as its
+/// errors pick them, not the oracle's pictures, none of the two is favoured.
+const TRIMMED: f64 = 0.02;
+
+#[test]
+fn the_oracle_agrees_with_the_public_scenes_means_within_noise() {
+    // Name, longest path (the reference of the living room stops there), paths a pixel, photons and pictures.
+    for (name, depth_max, samples, photons, pictures) in [
+        ("water-caustic", "0", "128", "100000", 14),
+        ("veach-bidir", "0", "64", "0", 8),
+        ("living-room", "64", "64", "0", 8),
+    ] {
+        let folder =
+            |folder: &str, end: &str| shared(&format!("scenes/public/{folder}/{name}.{end}"));
+        let [Some(scene), Some(reference), Some(error)] = [
+            folder("glb", "glb"),
+            folder("refs", "exr"),
+            folder("refs", "se.exr"),
+        ] else {
+            return;
+        };
+        let [reference, mut error] = [reference, error].map(|path| exr::read(&path).unwrap());
+        let loaded = LoadedScene::new(gpu(), Scene::load(&scene).unwrap()).unwrap();
+        let recipe = Recipe::new("path").size(reference.width / BLOCK, reference.height / BLOCK);
+        let recipe = recipe
+            .set("path.samples", samples)
+            .set("path.depth_max", depth_max);
+        let mut still = recipe.set("path.caustic_photons", photons).still(&loaded);
+        // The noises of the channels of a pixel are much the same, those of pixels are not.
+        for p in &mut error.rgb {
+            *p = [(p.iter().sum::<f32>() / 3.0).powi(2); 3];
+        }
+        let [reference, variance] = [reference, error].map(|image| values(&reduced(&image, BLOCK)));
+        let mut order: Vec<usize> = (0..reference.len()).collect();
+        order.sort_by(|a, b| variance[*a].total_cmp(&variance[*b]));
+        order.truncate(((1.0 - TRIMMED) * reference.len() as f64) as usize);
+        let sum = |of: &[f64]| order.iter().map(|i| of[*i]).sum::<f64>();
+        let exact = sum(&reference);
+        let ratios: Vec<f64> = (0..pictures)
+            .map(|_| {
+                still.start_over();
+                still.add_pass().unwrap();
+                sum(&values(&still.read().unwrap())) / exact
+            })
+            .collect();
+        let count = ratios.len() as f64;
+        let ratio = ratios.iter().sum::<f64>() / count;
+        // Of whole pictures, as photons make the noises of their pixels alike.
+        let squares = ratios.iter().map(|x| (x - ratio).powi(2)).sum::<f64>();
+        let of_reference = (sum(&variance) / f64::from(BLOCK * BLOCK)).sqrt() / exact;
+        let noise = (squares / (count * (count - 1.0)))
+            .sqrt()
+            .hypot(of_reference);
+        println!("{name}: {ratio:.4} of the reference's mean, +- {noise:.4}");
+        let is_off = |ratio: f64| (ratio - 1.0).abs() > STANDARD_ERRORS * noise;
+        assert!(!is_off(ratio), "{name}: {ratio} +- {noise}");
+        // Controls: the noise leaves an error of so much no room.
+        assert!(
+            is_off(1.1 * ratio) && is_off(0.9 * ratio),
+            "{name}: {noise}"
+        );
+    }
 }

@@ -77,7 +77,7 @@ fn picture(subject: &Subject<'_>, effects: Effects) -> (LinearImage, Vec<&'stati
 }
 
 #[test]
-fn every_scene_looks_the_same_with_its_own_effects_as_with_all_and_takes_no_longer() {
+fn every_scene_looks_the_same_with_its_own_effects_as_with_all() {
     for path in scenes() {
         let scene = Scene::load(&path).unwrap();
         let what = path.file_name().unwrap().to_string_lossy().into_owned();
@@ -87,11 +87,6 @@ fn every_scene_looks_the_same_with_its_own_effects_as_with_all_and_takes_no_long
                 assert_eq!(passes, (subject.technique.passes)(&own), "{what}");
                 let (all, _) = picture(subject, Effects::ALL);
                 assert_same(&alone, &all, &format!("{technique} {what}"));
-                if technique == "pm-direct" {
-                    let share = share_of_time(subject, own, Effects::ALL);
-                    println!("{what}: {share:.2} of the time that it takes with all effects");
-                    assert!(share < 1.03, "{what}: {share}");
-                }
             });
         }
     }
@@ -113,20 +108,38 @@ fn assert_same(a: &LinearImage, b: &LinearImage, what: &str) {
     assert!((0..3).all(is_close), "{what}: {a:?} {b:?}");
 }
 
-/// The median time of a frame with one set of effects over that with another. Noise may make a pair look slower: one that is slower
-/// stays so however often it is timed.
-fn share_of_time(subject: &Subject<'_>, one: Effects, other: Effects) -> f64 {
-    const PAIRS: usize = 3;
-    const ROUNDS: usize = 6;
-    let mut ratios: Vec<f64> = Vec::new();
-    for _ in 0..ROUNDS {
-        ratios.extend(subject.compare(one, other, PAIRS).unwrap().time_ratios);
-        ratios.sort_by(f64::total_cmp);
-        if ratios[ratios.len() / 2] <= 1.0 {
-            break;
-        }
+/// Pairs of frames that are timed, one with a scene's own effects, one with all, each first in turn.
+const PAIRS: usize = 7;
+/// How much longer the median of the pairs may take for noise alone. A picture against itself, which is timed and printed beside, came to
+/// 0.985 to 1.016 in the median on two cores, while single pairs lay between 0.80 and 1.52.
+const TIME_TOLERANCE: f64 = 0.05;
+
+#[test]
+fn a_scene_takes_no_longer_with_its_own_effects_than_with_all() {
+    for (name, technique) in [
+        ("furnace", "pm-direct"),
+        ("furnace", "pm"),
+        ("cornell", "pm-direct"),
+        ("cornell", "pm"),
+    ] {
+        let scene = Scene::load(&bundled(&format!("{name}.glb"))).unwrap();
+        with_subject(scene, technique, |subject, own| {
+            let measure = |other: Effects, what: &str| {
+                let mut ratios = subject.compare(own, other, PAIRS).unwrap().time_ratios;
+                ratios.sort_by(f64::total_cmp);
+                let [least, median, most] = [0, PAIRS / 2, PAIRS - 1].map(|i| ratios[i]);
+                println!(
+                    "{name}, {technique}, own effects over {what}: {median:.3} ({least:.3} to {most:.3})"
+                );
+                median
+            };
+            let share = measure(Effects::ALL, "all");
+            measure(own, "themselves");
+            assert!(share < 1.0 + TIME_TOLERANCE, "{name}, {technique}: {share}");
+            // Control: the other way round it is slower.
+            assert!(1.0 / share > 1.0 + TIME_TOLERANCE, "{name}, {technique}");
+        });
     }
-    ratios[ratios.len() / 2]
 }
 
 #[test]
