@@ -91,6 +91,13 @@ fn stores_photons(material: u32) -> bool {
   return has_lambert || has_rough_reflection;
 }
 
+/// The normal about which a surface scatters what is seen from `wo`. One that reflects diffusely keeps its own, so that it looks alike to
+/// both eyes; the flat one takes its place where it turns away.
+fn scattering_normal(surface: Surface, bsdf: Bsdf, wo: vec3f) -> vec3f {
+  if (HAS_SPECULAR && !any(bsdf.diffuse > vec3f(0.0))) { return sighted_normal(surface.shading_normal, surface.geometric_normal, wo); }
+  return select(surface.geometric_normal, surface.shading_normal, dot(wo, surface.shading_normal) > 0.0);
+}
+
 fn schlick(f0: vec3f, f90: f32, cos_theta: f32) -> vec3f {
   let m = clamp(1.0 - cos_theta, 0.0, 1.0);
   let m2 = m * m;

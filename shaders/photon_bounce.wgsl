@@ -13,6 +13,12 @@ override STORE_DIRECT: bool = false;
 @group(1) @binding(3) var<storage, read_write> staged: array<Photon>;
 @group(1) @binding(4) var<storage, read_write> staged_flags: array<u32>;
 
+/// How much more light an interpolated normal makes of a direction than the real surface, or the other way round: 1 where they are one.
+/// With it photons bring to diffuse surfaces, and from them, what sight finds (Veach 1997, equation 5.19).
+fn cosine_ratio(cos_of_one: f32, cos_of_other: f32) -> f32 {
+  return max(cos_of_one, 1e-6) / max(cos_of_other, 1e-6);
+}
+
 fn bounce(index: u32) -> u32 {
   var path = paths[index];
   let ray = Ray(path.origin, 3.0e38, path.direction);
@@ -21,15 +27,16 @@ fn bounce(index: u32) -> u32 {
   let surface = surface_at(hit, ray);
   let bsdf = bsdf_at(surface);
   let wo = -path.direction;
-  let n = surface.shading_normal;
+  let n = scattering_normal(surface, bsdf, wo);
   var medium = path.state & NO_MEDIUM;
   if (HAS_ABSORPTION && medium != NO_MEDIUM) {
     path.flux_w *= exp(-materials[medium].absorption * hit.t);
   }
+  let arrived_w = path.flux_w * cosine_ratio(dot(wo, surface.shading_normal), dot(wo, surface.geometric_normal));
   let has_diffused = (path.state & PATH_DIFFUSED) != 0u;
   var flags = 0u;
   if (stores_photons(surface.material) && (STORE_DIRECT || tracing.bounce > 0u)) {
-    staged[index] = Photon(surface.position, pack_direction(wo), path.flux_w, pack_normal(surface.geometric_normal));
+    staged[index] = Photon(surface.position, pack_direction(wo), arrived_w, pack_normal(surface.geometric_normal));
     flags = LEAVES_PHOTON | select(0u, IS_CAUSTIC, HAS_CAUSTICS && tracing.bounce > 0u && !has_diffused);
   }
   if (tracing.bounce + 1u >= tracing.depth_max) { return flags; }
@@ -40,6 +47,7 @@ fn bounce(index: u32) -> u32 {
   var scatter = ABSORBED;
   var chance = 1.0;
   var leaves_gathered_lobe = false;
+  var is_diffused = false;
   if (transmits(bsdf)) {
     let h = half_vector_sample(n, wo, bsdf.alpha, u.xy);
     let reflectance = interface_reflectance(bsdf, surface.is_front, dot(wo, h));
@@ -54,6 +62,7 @@ fn bounce(index: u32) -> u32 {
       scatter.weight *= (1.0 - reflectance) * total / through;
     } else {
       leaves_gathered_lobe = true;
+      is_diffused = true;
       let wi = frame_around(n) * cosine_hemisphere_sample(random_next4(&random).xy);
       scatter = Scatter(wi, lambert(bsdf, n, wo, wi) * (PI * total / diffused), false);
     }
@@ -69,12 +78,15 @@ fn bounce(index: u32) -> u32 {
       leaves_gathered_lobe = gathers_reflection(bsdf);
     } else {
       leaves_gathered_lobe = true;
+      is_diffused = true;
       let wi = frame_around(n) * cosine_hemisphere_sample(u.xy);
       scatter = Scatter(wi, lambert(bsdf, n, wo, wi) * (PI / (1.0 - chance)), false);
     }
   }
   scatter = at_real_surface(scatter, surface.geometric_normal);
-  let flux_w = path.flux_w * scatter.weight;
+  // What is mirrored or refracted keeps all its flux.
+  let left = select(1.0, cosine_ratio(abs(dot(scatter.direction, surface.geometric_normal)), abs(dot(scatter.direction, n))), is_diffused);
+  let flux_w = select(path.flux_w, arrived_w, is_diffused) * scatter.weight * left;
   let survival = min(1.0, max_component(flux_w) / max_component(path.flux_w));
   // Written so that a survival that is not a number ends the path.
   if (!(u.w < survival)) { return flags; }

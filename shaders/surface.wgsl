@@ -8,7 +8,7 @@ const GRAZING_COS = 1e-3;
 struct Surface {
   position: vec3f,
   geometric_normal: vec3f,   // on the side that the ray came from
-  shading_normal: vec3f,     // on the same side
+  shading_normal: vec3f,     // interpolated, on the same side: it may turn away from the ray at a silhouette
   texcoord: vec2f,
   material: u32,
   is_front: bool,            // the ray met the counter-clockwise side
@@ -81,7 +81,6 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
     surface.geometric_normal = -surface.geometric_normal;
     surface.shading_normal = -surface.shading_normal;
   }
-  surface.shading_normal = sighted_normal(surface.shading_normal, surface.geometric_normal, -ray.direction);
   return surface;
 }
 

@@ -59,7 +59,7 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
       let surface = surface_at(hit, chain.ray);
       let bsdf = bsdf_at(surface);
       let wo = -chain.ray.direction;
-      let n = surface.shading_normal;
+      let n = scattering_normal(surface, bsdf, wo);
       if (HAS_ABSORPTION && chain.medium != NO_SOLID) { chain.throughput *= exp(-materials[chain.medium].absorption * hit.t); }
       emission += chain.throughput * bsdf.emission;
 

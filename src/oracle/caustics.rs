@@ -84,6 +84,7 @@ impl Caustics {
     pub fn radiance(&self, surface: &Surface, bsdf: &Bsdf, wo: DVec3, depth_max: u32) -> DVec3 {
         // Cells are as wide as the disc: it reaches into two along each axis at most.
         let lowest = cell(surface.position - self.radius_m, self.radius_m);
+        let n = surface.scattering_normal(bsdf, wo);
         let mut sum = DVec3::ZERO;
         for offset in 0..8 {
             let neighbour = I64Vec3::new(offset & 1, offset >> 1 & 1, offset >> 2);
@@ -94,11 +95,11 @@ impl Caustics {
                 let is_near = photon.position.distance_squared(surface.position)
                     <= self.radius_m * self.radius_m;
                 let faces = photon.geometric_normal.dot(surface.geometric_normal).abs();
-                let is_reflected = photon.wi.dot(surface.shading_normal) > 0.0;
+                let is_reflected = photon.wi.dot(n) > 0.0;
                 let is_consistent = is_reflected == (photon.wi.dot(surface.geometric_normal) > 0.0);
                 let is_short = photon.depth <= depth_max;
                 if is_near && is_short && faces >= NORMAL_COS_MIN && is_consistent {
-                    sum += photon.flux_w * bsdf.evaluate(surface.shading_normal, wo, photon.wi);
+                    sum += photon.flux_w * bsdf.evaluate(n, wo, photon.wi);
                 }
             }
         }
@@ -106,17 +107,24 @@ impl Caustics {
     }
 }
 
-/// Interpolated normals scatter sight and light differently: light that comes from `wi` and goes to `wo` brings this much more (Veach,
-/// 1997, equation 5.19).
-fn adjoint_factor(surface: &Surface, wi: DVec3, wo: DVec3) -> f64 {
-    let (shading, geometric) = (surface.shading_normal, surface.geometric_normal);
-    let factor = (wi.dot(shading) * wo.dot(geometric)) / (wi.dot(geometric) * wo.dot(shading));
+/// Interpolated normals scatter sight and light differently: light that comes from `wi` and goes to `wo` about the normal `n` brings this
+/// much more (Veach, 1997, equation 5.19).
+fn adjoint_factor(surface: &Surface, n: DVec3, wi: DVec3, wo: DVec3) -> f64 {
+    let geometric = surface.geometric_normal;
+    let factor = (wi.dot(n) * wo.dot(geometric)) / (wi.dot(geometric) * wo.dot(n));
     // Both sides are those of a real surface, or the photon has ended.
     if factor.is_finite() {
         factor.abs()
     } else {
         0.0
     }
+}
+
+/// The same for light that ends here: the cosine that the interpolated normal makes of it over that of the surface that it fell on.
+fn arrival_factor(surface: &Surface, wi: DVec3) -> f64 {
+    let cos = wi.dot(surface.shading_normal).max(0.0);
+    let factor = cos / wi.dot(surface.geometric_normal);
+    if factor.is_finite() { factor } else { 0.0 }
 }
 
 fn cell(position: DVec3, radius_m: f64) -> I64Vec3 {
@@ -136,23 +144,24 @@ fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
         };
         flux_w *= oracle.transmittance(medium, surface.position.distance(ray.origin));
         let bsdf = material::bsdf(scene, &surface);
+        let wi = -ray.direction;
         if depth > 0 && bsdf.is_spread() {
             kept.push(Photon {
                 position: surface.position,
                 geometric_normal: surface.geometric_normal,
-                wi: -ray.direction,
-                flux_w,
+                wi,
+                flux_w: flux_w * arrival_factor(&surface, wi),
                 depth,
             });
         }
-        let sample = bsdf.sample(surface.shading_normal, -ray.direction, random);
+        let n = surface.scattering_normal(&bsdf, wi);
+        // What spreads is met by paths from the eye.
+        let sample = bsdf.sample(n, wi, random);
+        let sample = sample.filter(|sample| sample.density.is_none());
         let Some(sample) = sample.and_then(|sample| surface.scattered(sample)) else {
             return;
         };
-        if sample.density.is_some() {
-            return;
-        }
-        flux_w *= sample.weight * adjoint_factor(&surface, -ray.direction, sample.wi);
+        flux_w *= sample.weight * adjoint_factor(&surface, n, wi, sample.wi);
         if let Some(interface) = bsdf.interface.filter(|i| sample.is_refracted && !i.is_thin) {
             // Radiance is squeezed in glass; flux is not.
             flux_w *= interface.ior * interface.ior;

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::triangle::Triangle;
 
-use super::bsdf::Sample;
+use super::bsdf::{Bsdf, Sample};
 use crate::scene::bvh::{MAX_DEPTH, MeshBvh, SceneCaster};
 use crate::scene::{Mesh, Scene, ScenePose};
 
@@ -38,7 +38,7 @@ pub(super) struct Hit {
 pub(super) struct Surface {
     pub position: DVec3,
     pub geometric_normal: DVec3,
-    /// Interpolated; bent where sight would be mirrored into the surface.
+    /// Interpolated, on the same side: it may turn away from the ray at a silhouette.
     pub shading_normal: DVec3,
     pub texcoord: DVec2,
     pub material: usize,
@@ -46,6 +46,18 @@ pub(super) struct Surface {
 }
 
 impl Surface {
+    /// The normal about which it scatters what is seen from `wo`. A surface that reflects diffusely keeps its own, so that it looks alike
+    /// to both eyes; the flat one takes its place where it turns away.
+    pub fn scattering_normal(&self, bsdf: &Bsdf, wo: DVec3) -> DVec3 {
+        if bsdf.albedo == DVec3::ZERO {
+            return sighted_normal(self.shading_normal, self.geometric_normal, wo);
+        }
+        match wo.dot(self.shading_normal) > 0.0 {
+            true => self.shading_normal,
+            false => self.geometric_normal,
+        }
+    }
+
     /// What is left of a scattering at the real surface. An interpolated normal may tilt a reflection through an opaque wall, and it ends
     /// there; what would be refracted back goes on along the far side, in the one direction that nothing else samples.
     pub fn scattered(&self, sample: Sample) -> Option<Sample> {
@@ -170,7 +182,6 @@ impl<'a> Geometry<'a> {
             geometric_normal = -geometric_normal;
             shading_normal = -shading_normal;
         }
-        let shading_normal = sighted_normal(shading_normal, geometric_normal, -ray.direction);
         let position = mix(&|vertex| mesh.positions[vertex].as_dvec3());
         let texcoord = mix(&|vertex| mesh.texcoords[vertex].as_dvec2().extend(0.0));
         Surface {

@@ -175,7 +175,8 @@ impl<'a> Oracle<'a> {
                 break;
             }
             let bsdf = material::bsdf(scene, &surface);
-            let (n, wo) = (surface.shading_normal, -ray.direction);
+            let wo = -ray.direction;
+            let n = surface.scattering_normal(&bsdf, wo);
             if let Some(caustics) = caustics.filter(|_| bsdf.is_spread()) {
                 // This surface scatters too, as did those before it.
                 let others = match depth_max {

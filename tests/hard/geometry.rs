@@ -96,6 +96,34 @@ fn coarse_ball(around: u32, material: Value) -> Scene {
     stage.load()
 }
 
+/// How far the normals of [`leaning_floor`] lean, radians.
+const LEAN_RAD: f32 = 0.7;
+/// Irradiance on what faces the light over [`leaning_floor`], W/m².
+const SUN_W_M2: f32 = 4.0;
+
+/// A floor whose normals lean away from the eye, under a light straight from above; with a pane between them or without.
+fn leaning_floor(pane: Option<Value>) -> Scene {
+    let side = 12.0;
+    let corner = |height: f32| Vec3::new(-0.5 * side, height, 0.5 * side);
+    let eye = Vec3::new(0.0, 2.0, -0.73);
+    let mut stage = Stage::new(eye, Vec3::ZERO);
+    stage = stage.quad(
+        corner(0.0),
+        side * Vec3::X,
+        -side * Vec3::Z,
+        lambert(ALBEDO),
+    );
+    let leaning = Vec3::new(0.0, LEAN_RAD.cos(), LEAN_RAD.sin()).to_array();
+    let normals = stage.glb.floats(&[leaning; 4]);
+    stage.glb.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
+    if let Some(pane) = pane {
+        stage = stage.quad(corner(3.0), side * Vec3::X, -side * Vec3::Z, pane);
+    }
+    let down = glam::Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2).to_array();
+    let sun = json!({"type": "directional", "intensity": SUN_W_M2});
+    stage.light(sun, json!({"rotation": down})).load()
+}
+
 /// The bundled Cornell box from an eye at `place`, which knows the glass ball's corners.
 fn cornell_from(place: impl FnOnce(&Scene, &[Vec3]) -> Vec3) -> Scene {
     let mut scene = Scene::load(&bundled("cornell.glb")).unwrap();
@@ -121,7 +149,24 @@ pub fn cases() -> Vec<Case> {
     };
     // No light is lost.
     let whole = |name, scene| Case::new(name, scene, Expected::Mean(FURNACE));
+    let sunlit = f64::from(SUN_W_M2 * LEAN_RAD.cos()) / std::f64::consts::PI;
+    let sunlit = ALBEDO.map(|albedo| f64::from(albedo) * sunlit);
+    let leaning = |name, scene| Case::new(name, scene, Expected::Mean(sunlit));
+    let mut nothing = glass(1.0);
+    nothing["extensions"]["KHR_materials_volume"]["thicknessFactor"] = json!(0.0);
     vec![
+        leaning("normals that lean away from the eye", leaning_floor(None)),
+        leaning(
+            "and behind a pane that does nothing",
+            leaning_floor(Some(nothing)),
+        ),
+        Case::new(
+            "a coarse diffuse ball with smooth normals",
+            coarse_ball(6, lambert([0.9; 3])),
+            Expected::Oracle,
+        )
+        .passes(16)
+        .set("photon.count", "30000"),
         same("triangles without area", without_area()),
         same("every triangle twice", floor(floor(above()))),
         same("needles", needles()),
