@@ -20,6 +20,11 @@ pub fn front<'a>(points: impl IntoIterator<Item = &'a Point>) -> Vec<&'a Point> 
     points
 }
 
+/// Student's t that leaves 2.5 % on each side, for 1 degree of freedom and more; beyond them 2 is near enough.
+const T_QUANTILES: [f64; 12] = [
+    12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18,
+];
+
 /// Error as a power of time: `relmse = scale * ms^-exponent`, least squares on logarithms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
@@ -35,8 +40,8 @@ pub struct PowerLaw {
     pub from_ms: f64,
     /// The longest, milliseconds.
     pub to_ms: f64,
-    /// How many times the time half the error costs, at least and at most: the slope two standard errors steeper and flatter. Infinite
-    /// where the flatter slope does not fall.
+    /// How many times the time half the error costs, at least and at most: the 95 % interval of the slope. Infinite (`null` in JSON) where
+    /// the flatter slope does not fall.
     pub price_range: [f64; 2],
 }
 
@@ -60,10 +65,12 @@ impl PowerLaw {
             return None;
         }
         let times = || points.iter().map(|(ms, _)| *ms);
+        let freedom = points.len() - 2;
+        let quantile = T_QUANTILES.get(freedom - 1).copied().unwrap_or(2.0);
         let unexplained = (yy - xy * xy / xx).max(0.0);
         let standard_error = (unexplained / (count - 2.0) / xx).sqrt();
         Some(Self {
-            price_range: [1.0, -1.0].map(|side| price(2.0 * side * standard_error - slope)),
+            price_range: [1.0, -1.0].map(|side| price(quantile * side * standard_error - slope)),
             exponent: -slope,
             scale: (mean_y - slope * mean_x).exp(),
             r_squared: xy * xy / (xx * yy),
@@ -157,7 +164,7 @@ mod tests {
         let fit = PowerLaw::fit(&scattered).unwrap();
         let [least, most] = fit.price_range;
         assert!(
-            least < fit.price_of_half() && most > fit.price_of_half() && most < 6.0,
+            least < fit.price_of_half() && most > fit.price_of_half() && most < 12.0,
             "{fit:?}"
         );
         let mut bent = points;

@@ -5,13 +5,14 @@ use serde::Serialize;
 
 use super::CostError;
 use super::fit;
+use super::noise::error_scatter;
 use super::point::Point;
 use super::setting::Setting;
 
 /// How near to the level a point must come.
 const TOLERANCE: f64 = 0.05;
 /// Settings that are tried for one technique and level.
-const MAX_TRIALS: usize = 6;
+const MAX_TRIALS: usize = 8;
 /// Passes beyond which no frame is tried.
 const MAX_PASSES: u32 = 64;
 
@@ -39,6 +40,8 @@ pub struct Level {
     pub frame_ms: f64,
     /// Relative mean squared error in the fovea, likewise.
     pub relmse: f64,
+    /// Two standard errors of the error, as a share of it.
+    pub scatter: f64,
     /// How many times worse than the best technique: times longer, or times the error. `None` where the level is not reached.
     pub ratio: Option<f64>,
 }
@@ -82,7 +85,10 @@ impl Goal {
     }
 }
 
-/// Measures until a technique is near an error: paths are added or taken away, and passes where more paths do not help. `points` are known
+/// The bias share from which passes are added in place of paths: each has a smaller radius, and blur is what is left.
+const MOSTLY_BIAS: f64 = 0.5;
+
+/// Measures until a technique is near an error: paths are added or taken away, and passes where most of the error is bias. `points` are known
 /// already; the start is the one of them nearest to the error. `false` if it was interrupted.
 ///
 /// # Errors
@@ -104,29 +110,26 @@ pub fn approach(
     };
     let mut setting = Setting::of(nearest)?;
     let mut here = nearest.clone();
-    let mut by_passes = false;
     for _ in 0..MAX_TRIALS {
         if distance(&here) < TOLERANCE {
             break;
         }
-        let Some(next) = next_setting(&setting, here.relmse() / relmse, by_passes) else {
+        let bias_share = here.error.fovea.map_or(0.0, |fovea| fovea.bias_share());
+        let Some(next) = next_setting(&setting, here.relmse() / relmse, bias_share) else {
             break;
         };
         let Some(point) = measure(&next)? else {
             return Ok(false);
         };
-        // More paths no longer change the error: what is left is blur, and only passes, with smaller radii, take it away.
-        let gained = (point.relmse() / here.relmse()).ln().abs();
-        by_passes |= point.relmse() > relmse && gained < TOLERANCE;
         (setting, here) = (next, point);
     }
     Ok(true)
 }
 
 /// A step towards an error that is smaller by `factor`, by a factor of four at most.
-fn next_setting(setting: &Setting, factor: f64, by_passes: bool) -> Option<Setting> {
+fn next_setting(setting: &Setting, factor: f64, bias_share: f64) -> Option<Setting> {
     let mut next = setting.clone();
-    if by_passes {
+    if factor > 1.0 && bias_share >= MOSTLY_BIAS {
         next.passes = setting.passes.checked_mul(2)?;
         return (next.passes <= MAX_PASSES).then_some(next);
     }
@@ -156,6 +159,7 @@ pub fn levels(points: &[Point], goal: Goal) -> Vec<Level> {
                 label: point.label(),
                 frame_ms,
                 relmse,
+                scatter: error_scatter(point),
                 ratio: met.map(|_| match goal {
                     Goal::Relmse(_) => frame_ms,
                     Goal::FrameMs(_) => relmse,
@@ -181,12 +185,9 @@ mod tests {
         move |setting: &Setting| {
             let passes = f64::from(setting.passes);
             let work = f64::from(setting.effort()) * passes;
-            let made = point(
-                technique,
-                1.0 + work / speed,
-                100.0 / work + floor / passes,
-                0.5,
-            );
+            let (noise, blur) = (100.0 / work, floor / passes);
+            let bias_share = blur / (noise + blur);
+            let made = point(technique, 1.0 + work / speed, noise + blur, bias_share);
             Point {
                 key: format!("{technique} {} {}", setting.effort(), setting.passes),
                 effort: setting.effort(),
@@ -225,6 +226,9 @@ mod tests {
     fn where_blur_is_left_passes_are_added_and_a_level_out_of_reach_is_told() {
         let reached = approached(machine("pm", 1000.0, 0.02), 0.01);
         assert!(reached.last().unwrap().passes > 1);
+        // 4 passes of 8000 photons would take 33 ms.
+        let level = &levels(&reached, Goal::Relmse(0.01))[0];
+        assert!(level.point.is_some() && level.frame_ms < 66.0, "{level:?}");
         let out_of_reach = approached(machine("pm", 1000.0, 0.02), 1e-9);
         let levels = levels(&out_of_reach, Goal::Relmse(1e-9));
         assert_eq!((levels[0].point.as_ref(), levels[0].ratio), (None, None));

@@ -1,7 +1,7 @@
 //! What limits a technique: whether more paths still pay for their time, and if not, whether blur is left or noise.
 
 use super::fit::price;
-use super::noise::{TimeNoise, errors_differ};
+use super::noise::{TimeNoise, error_scatter, errors_differ};
 use super::point::{Point, grouped};
 use super::sentences::number;
 use super::setting::Setting;
@@ -26,11 +26,14 @@ pub fn sentence(technique: &str, points: &[Point], noise: TimeNoise) -> Option<S
         Some(_) => "photons",
         None => "paths a pixel",
     };
-    let steps: Vec<bool> = along
+    let steps: Vec<Step> = along
         .windows(2)
-        .map(|pair| pays(pair[0], pair[1], noise))
+        .map(|pair| step(pair[0], pair[1], noise))
         .collect();
-    let from = steps.iter().rposition(|pays| *pays).map_or(0, |at| at + 1);
+    // Chance decides nothing: where paths pay ends before the last steps that surely do not.
+    let is_no = |step: &Step| *step == Step::DoesNotPay;
+    let from = steps.iter().rposition(|step| !is_no(step));
+    let from = from.map_or(0, |at| at + 1);
     let before = along.get(along.len().checked_sub(2)?)?;
     let last_step = format!(
         "from {} to {} {paths} a frame takes {} instead of {} ms, and the foveal error goes from {} to {}{}",
@@ -45,8 +48,17 @@ pub fn sentence(technique: &str, points: &[Point], noise: TimeNoise) -> Option<S
             false => ", which may be chance",
         }
     );
-    if from + 1 >= along.len() {
-        return Some(format!("{technique}: more {paths} still pay; {last_step}."));
+    match steps.last() {
+        Some(Step::Pays) => {
+            return Some(format!("{technique}: more {paths} still pay; {last_step}."));
+        }
+        Some(Step::IsChance) => {
+            return Some(format!(
+                "{technique}: whether more {paths} pay can't be told from chance; {last_step}. Points of more frames (--point-seconds) \
+                 on a machine at rest would tell."
+            ));
+        }
+        Some(Step::DoesNotPay) | None => {}
     }
     let bias = last.error.fovea.map_or(0.0, |fovea| fovea.bias_share());
     let percent = number((100.0 * bias.max(1.0 - bias)).round());
@@ -69,12 +81,33 @@ pub fn sentence(technique: &str, points: &[Point], noise: TimeNoise) -> Option<S
     ))
 }
 
-/// Whether a step to more paths lowers the error, by more than chance, and at a fair price; time within the noise costs nothing.
-fn pays(from: &Point, to: &Point, noise: TimeNoise) -> bool {
+/// What a step to more paths is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Step {
+    /// Its error falls at a fair price.
+    Pays,
+    /// It does not.
+    DoesNotPay,
+    /// Times and errors scatter too much to tell.
+    IsChance,
+}
+
+/// Weighs a step by the best and by the worst that its noise allows: two standard errors of the errors, and the machine's share of time.
+fn step(from: &Point, to: &Point, noise: TimeNoise) -> Step {
     let time = to.frame_ms() / from.frame_ms();
     let gain = from.relmse() / to.relmse();
-    let is_free = time <= 1.0 || !noise.is_beyond(time);
-    gain > 1.0 && errors_differ(from, to) && (is_free || price(gain.ln() / time.ln()) <= PAYS)
+    let scatter = error_scatter(from).hypot(error_scatter(to));
+    let pays =
+        |gain: f64, time: f64| gain > 1.0 && (time <= 1.0 || price(gain.ln() / time.ln()) <= PAYS);
+    let most_time = 1.0 + noise.share;
+    match (
+        pays(gain * (1.0 + scatter), time / most_time),
+        pays(gain / (1.0 + scatter), time * most_time),
+    ) {
+        (_, true) => Step::Pays,
+        (false, _) => Step::DoesNotPay,
+        (true, false) => Step::IsChance,
+    }
 }
 
 /// What the points of a series have in common: all but the paths.
@@ -128,12 +161,13 @@ mod tests {
         assert!(paying.contains("more photons still pay"), "{paying}");
         let noisy = said(&[made[0], made[1], (4000, 40.0, 0.045, 0.1)], steady);
         assert!(noisy.contains("The photons in one estimate"), "{noisy}");
-        // The same gain pays where its time is next to nothing, or can't be told from none.
-        let cheap = said(&[made[0], made[1], (4000, 20.5, 0.045, 0.1)], steady);
+        // The same gain pays where its time is next to nothing.
+        let cheap = said(&[made[0], made[1], (4000, 20.5, 0.03, 0.1)], steady);
         assert!(cheap.contains("still pay"), "{cheap}");
+        // An unsteady machine or few frames prove neither.
         let unsteady = TimeNoise { share: 1.5 };
-        let drifting = said(&[made[0], made[1], (4000, 40.0, 0.045, 0.1)], unsteady);
-        assert!(drifting.contains("still pay"), "{drifting}");
+        let drifting = said(&made[..3], unsteady);
+        assert!(drifting.contains("can't be told from chance"), "{drifting}");
         let mut chance = points(&made[..3]);
         for point in &mut chance {
             let fovea = point.error.fovea.as_mut().unwrap();
@@ -141,7 +175,7 @@ mod tests {
         }
         let chance = sentence("pm", &chance, steady).unwrap();
         assert!(
-            chance.contains("beyond 2\u{202f}000") && chance.contains("which may be chance"),
+            chance.contains("can't be told") && chance.contains("which may be chance"),
             "{chance}"
         );
     }

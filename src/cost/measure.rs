@@ -20,7 +20,7 @@ use crate::still::Still;
 use crate::technique;
 
 /// Changes whenever a point measured before could no longer stand beside one measured now.
-pub const MEASUREMENT_VERSION: u32 = 1;
+pub const MEASUREMENT_VERSION: u32 = 2;
 /// Frames before any is timed, if they are not slow.
 const WARM_UP_FRAMES: usize = 2;
 /// Frames that are timed at least.

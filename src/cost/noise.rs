@@ -30,14 +30,16 @@ impl TimeNoise {
     }
 }
 
+/// Two standard errors of a point's foveal error, as a share of it.
+pub fn error_scatter(point: &Point) -> f64 {
+    let fovea = point.error.fovea.unwrap_or_default();
+    STANDARD_ERRORS * fovea.relmse_standard_error / point.relmse()
+}
+
 /// Whether the foveal errors of two points differ by more than chance.
 pub fn errors_differ(a: &Point, b: &Point) -> bool {
-    let standard_error = |point: &Point| {
-        let fovea = point.error.fovea.unwrap_or_default();
-        fovea.relmse_standard_error
-    };
-    let of_difference = standard_error(a).hypot(standard_error(b));
-    (a.relmse() - b.relmse()).abs() > STANDARD_ERRORS * of_difference
+    let [a, b] = [a, b].map(|point| (point.relmse(), error_scatter(point) * point.relmse()));
+    (a.0 - b.0).abs() > a.1.hypot(b.1)
 }
 
 #[cfg(test)]

@@ -102,6 +102,11 @@ impl Reference {
     /// # Errors
     /// [`CostError`]: the place can't be written.
     pub fn keep(&self, folder: &Path) -> Result<(), CostError> {
+        // The origin last, and no other's meanwhile: a reference that has one is whole.
+        let origin = folder.join(ORIGIN_FILE);
+        if origin.is_file() {
+            fs::remove_file(&origin).map_err(store_error("remove the file", &origin))?;
+        }
         exr::write(&folder.join(PICTURE_FILE), &self.image)?;
         let standard_error = folder.join(STANDARD_ERROR_FILE);
         match &self.standard_error {
@@ -111,7 +116,7 @@ impl Reference {
                 .map_err(store_error("remove the file", &standard_error))?,
             None => {}
         }
-        write_json(&folder.join(ORIGIN_FILE), &self.origin)
+        write_json(&origin, &self.origin)
     }
 
     /// SHA-256 of the picture and its standard error, as lower-case hex: what points are judged by.

@@ -42,8 +42,8 @@ pub struct Trial {
 /// Tries a setting; `None` if it was interrupted.
 pub type Try<'t> = dyn FnMut(&Setting) -> Result<Option<Trial>, CostError> + 't;
 
-/// Which of two trials is the better one within a budget: the smaller error of those that meet it, else the faster.
-fn is_better(candidate: &Trial, than: &Trial, limit_ms: f64) -> bool {
+/// Whether a trial is the better one within a budget: the smaller error of those that meet it, else the faster.
+pub fn is_better(candidate: &Trial, than: &Trial, limit_ms: f64) -> bool {
     match (candidate.ms <= limit_ms, than.ms <= limit_ms) {
         (true, true) => candidate.error < BETTER * than.error,
         (true, false) => true,
@@ -71,6 +71,18 @@ pub fn promise(trial: &Trial, budget_ms: f64) -> f64 {
 pub fn best(trials: impl IntoIterator<Item = Trial>, budget_ms: f64) -> Option<Trial> {
     let trials = trials.into_iter();
     trials.min_by(|a, b| compare(a, b, budget_ms))
+}
+
+/// The best of all that is known that seems to beat the chosen one with time to spare: a choice that was confirmed on a busy machine may
+/// have lost paths for nothing.
+pub fn challenger(
+    chosen: &Trial,
+    known: impl IntoIterator<Item = Trial>,
+    budget_ms: f64,
+) -> Option<Trial> {
+    let limit_ms = FILL_AIM * budget_ms;
+    let beats = |trial: &Trial| trial.ms <= limit_ms && is_better(trial, chosen, budget_ms);
+    best(known.into_iter().filter(beats), limit_ms)
 }
 
 /// Goes from `start` to settings of less error within the budget until none is found or `is_over`. `None` if it was interrupted.
@@ -332,6 +344,27 @@ mod tests {
         let found = searched(0.5);
         assert!(found.ms > 0.5);
         assert!(found.ms < 0.1 * machine(&setting()).ms, "{found:?}");
+    }
+
+    #[test]
+    fn a_choice_is_challenged_by_what_is_known_to_be_better_within_the_budget() {
+        let trial = |ms: f64, error: f64| Trial {
+            setting: setting(),
+            ms,
+            error,
+        };
+        let chosen = trial(48.0, 0.028);
+        let challenged = |known: &[Trial]| {
+            let found = challenger(&chosen, known.to_vec(), 50.0);
+            found.map(|trial| trial.ms)
+        };
+        let known = [trial(24.0, 0.0205), trial(41.0, 0.0201), trial(49.0, 0.01)];
+        assert_eq!(
+            challenged(&known),
+            Some(41.0),
+            "49 ms leave no time to spare"
+        );
+        assert_eq!(challenged(&[trial(10.0, 0.0279), trial(90.0, 0.001)]), None);
     }
 
     #[test]

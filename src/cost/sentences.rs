@@ -13,6 +13,8 @@ use super::table::{Budget, Comparison};
 
 /// The share of a fit's scatter below which no price is told.
 const GOOD_FIT: f64 = 0.8;
+/// The share of time by which a machine may drift before prices are no more than orders of magnitude.
+const UNSTEADY: f64 = 0.5;
 /// The reference's share of an error from which readers are warned.
 const NOISY_REFERENCE: f64 = 0.5;
 
@@ -40,6 +42,12 @@ pub fn all(
         said
     });
     let mut of_price = prices(points);
+    if !of_price.is_empty() && noise.share > UNSTEADY {
+        of_price.push(format!(
+            "The machine's times scattered by {} % meanwhile: take these prices for orders of magnitude, and measure again when it rests.",
+            number((100.0 * noise.share).round())
+        ));
+    }
     of_price.extend(self::comparisons(points, noise));
     let of_level = |comparison: &Comparison| of_levels(comparison.goal, &comparison.levels, noise);
     of_price.extend(comparisons.iter().map(of_level));
@@ -61,7 +69,7 @@ pub fn all(
 }
 
 /// The one sentence that stands over all.
-pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>) -> String {
+pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>, drift: &Drift) -> String {
     if let Some(budget) = budget {
         return match budget.is_met {
             true => format!(
@@ -75,6 +83,9 @@ pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>) -> String {
                 number(budget.frame_ms)
             ),
         };
+    }
+    if TimeNoise::of(points, drift).share > UNSTEADY {
+        return format!("What accuracy costs in {scene}, measured on an unsteady machine");
     }
     let front = fit::front(points);
     match PowerLaw::of_front(&front).filter(|law| law.r_squared >= GOOD_FIT) {
@@ -203,6 +214,8 @@ fn of_levels(goal: Goal, levels: &[Level], noise: TimeNoise) -> String {
             "times as much",
         ),
     };
+    let best = levels.iter().find(|level| level.ratio == Some(1.0));
+    let best_scatter = best.map_or(0.0, |level| level.scatter);
     let of = |level: &Level| {
         let (name, ms, error) = (
             &level.technique,
@@ -215,10 +228,9 @@ fn of_levels(goal: Goal, levels: &[Level], noise: TimeNoise) -> String {
             (Goal::Relmse(_), None) => format!("{name} did not reach it (least error {error})"),
             (Goal::FrameMs(_), None) => format!("{name} was never as fast ({ms} ms at least)"),
         };
-        // Times are told from equal ones; errors at one time have their own noise, which a hundredth stands for.
         let is_told = |ratio: &f64| match goal {
             Goal::Relmse(_) => *ratio > 1.0 && noise.is_beyond(*ratio),
-            Goal::FrameMs(_) => *ratio > 1.01,
+            Goal::FrameMs(_) => *ratio > 1.0 + level.scatter.hypot(best_scatter),
         };
         match level.ratio {
             Some(ratio) if is_told(&ratio) => format!("{reached} ({} {worse})", number(ratio)),
@@ -355,17 +367,24 @@ mod tests {
         let points: Vec<Point> = [10.0, 40.0, 160.0, 640.0]
             .map(|ms| point("pm", ms, law(ms), 0.1))
             .to_vec();
+        let steady = Drift::default();
         let said = prices(&points).join("\n");
         assert!(said.contains("costs 2.9 times the time"), "{said}");
         assert!(
             said.contains("4 points") && said.contains("from 10 to 640 ms"),
             "{said}"
         );
-        assert!(title("a room", &points, None).contains("2.9 times"));
+        assert!(title("a room", &points, None, &steady).contains("2.9 times"));
         let scattered = [(10.0, 1.0), (20.0, 0.99), (30.0, 0.98), (31.0, 1e-3)];
         let scattered = scattered.map(|(ms, e)| point("pm", ms, e, 0.1)).to_vec();
         assert!(prices(&scattered)[0].starts_with("No one price"));
-        assert!(title("a room", &scattered, None).starts_with("3.1 times the time buys"));
+        let unsteady = Drift {
+            anchor_ms: vec![10.0, 24.3],
+        };
+        assert!(title("a room", &points, None, &unsteady).contains("unsteady"));
+        let warned = &all(&points, None, &[], &unsteady)[0].sentences;
+        assert!(warned.last().unwrap().contains("143 %"), "{warned:?}");
+        assert!(title("a room", &scattered, None, &steady).starts_with("3.1 times the time buys"));
     }
 
     #[test]
@@ -429,7 +448,7 @@ mod tests {
         assert!(of_budget(&cheap)[1].contains("40 % of the budget"));
         let missed = Budget::new(50.0, &point("pm", 70.0, 0.02, 0.5));
         assert!(of_budget(&missed)[0].contains("took 70 ms"));
-        assert!(title("a room", &[], Some(&missed)).contains("not kept"));
+        assert!(title("a room", &[], Some(&missed), &Drift::default()).contains("not kept"));
     }
 
     #[test]

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::measure::MEASUREMENT_VERSION;
 use super::point::Point;
 use super::setting::Setting;
 use super::{CostError, reference, store_error};
@@ -23,6 +22,9 @@ const POINTS_FOLDER: &str = "points";
 /// What all points of one folder have in common: points of two different studies can't stand beside each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Study {
+    /// [`MEASUREMENT_VERSION`](super::measure::MEASUREMENT_VERSION) of the program that measured.
+    #[serde(default)]
+    pub measurement_version: u32,
     /// SHA-256 of the scene file.
     pub scene_sha256: String,
     /// Name of the camera.
@@ -41,6 +43,10 @@ impl Study {
     /// In what another study differs; `None` if in nothing.
     pub fn difference(&self, other: &Study) -> Option<&'static str> {
         [
+            (
+                "what the program measures",
+                self.measurement_version == other.measurement_version,
+            ),
             ("the scene", self.scene_sha256 == other.scene_sha256),
             ("the camera", self.camera == other.camera),
             ("the gaze", self.gaze_deg == other.gaze_deg),
@@ -127,7 +133,7 @@ impl Store {
         let study = serde_json::to_string(&self.study).unwrap_or_default();
         let setting = setting.clone().normalised();
         hasher.update(format!(
-            "{MEASUREMENT_VERSION}\n{study}\n{}\n{}\n{}\n{}\n{}\n{}",
+            "{study}\n{}\n{}\n{}\n{}\n{}\n{}",
             self.reference_sha256,
             self.device,
             setting.technique,
@@ -202,6 +208,7 @@ mod tests {
 
     fn study() -> Study {
         Study {
+            measurement_version: 0,
             scene_sha256: "abc".into(),
             camera: "viewer".into(),
             gaze_deg: [0.0, 0.0],

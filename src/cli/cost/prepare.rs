@@ -10,6 +10,7 @@ use super::super::run_record::file_sha256;
 use super::super::{CliError, CliResult};
 use super::Args;
 use crate::cost::CostError;
+use crate::cost::measure::MEASUREMENT_VERSION;
 use crate::cost::plan::{self, Axis};
 use crate::cost::reference::{Origin, Reference};
 use crate::cost::setting::Setting;
@@ -59,6 +60,7 @@ pub(super) fn study(
         return Err(CliError::new(message).in_arguments());
     }
     Ok(Study {
+        measurement_version: MEASUREMENT_VERSION,
         scene_sha256: scene.content_sha256.clone(),
         camera: camera.name.clone(),
         gaze_deg: [gaze.azimuth_deg, gaze.elevation_deg],

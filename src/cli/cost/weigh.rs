@@ -94,7 +94,7 @@ pub(super) fn run(
             "stopped before the first point; the reference is kept: the same command goes on";
         return Err(CliError::new(message));
     }
-    let next = write::next_steps(&outcome, &args.scene, out);
+    let next = write::next_steps(&outcome, args, out);
     write::all(&outcome, &next, &store, &judge, output.path())?;
     if !is_complete {
         let points = outcome.points.len();
@@ -248,6 +248,8 @@ fn equal_time(
     Ok(true)
 }
 
+/// Settings that are measured again because they seem to beat the one chosen.
+const MAX_CHALLENGERS: usize = 6;
 /// The most promising techniques are searched; so much of the time is over when each has had its share.
 const SHARES: [f64; 2] = [0.65, 1.0];
 
@@ -291,9 +293,31 @@ fn choose(
         let point = campaign.fresh_point(setting)?;
         point.map(|point| campaign.trial(&point)).transpose()
     };
-    let Some(chosen) = search::confirm(&best.setting, &ladders, budget_ms, &mut try_afresh)? else {
+    let chosen = search::confirm(&best.setting, &ladders, budget_ms, &mut try_afresh)?;
+    let Some(mut chosen) = chosen else {
         return Ok(None);
     };
+    let mut challenged = vec![chosen.setting.clone()];
+    for _ in 0..MAX_CHALLENGERS {
+        let known = campaign.points().iter();
+        let known = known.map(|point| campaign.trial(point));
+        let known: Vec<Trial> = known.collect::<Result<_, _>>()?;
+        let fresh = known
+            .into_iter()
+            .filter(|trial| !challenged.contains(&trial.setting));
+        let Some(challenger) = search::challenger(&chosen, fresh, budget_ms) else {
+            break;
+        };
+        progress.borrow().advance(1);
+        let Some(point) = campaign.fresh_point(&challenger.setting)? else {
+            return Ok(None);
+        };
+        let trial = campaign.trial(&point)?;
+        challenged.push(challenger.setting);
+        if search::is_better(&trial, &chosen, budget_ms) {
+            chosen = trial;
+        }
+    }
     campaign.point(&chosen.setting)
 }
 
@@ -343,7 +367,7 @@ fn outcome(
         }
     }
     Outcome {
-        title: sentences::title(&scene.name, &points, budget.as_ref()),
+        title: sentences::title(&scene.name, &points, budget.as_ref(), &drift),
         sentences: sentences::all(&points, budget.as_ref(), &found.comparisons, &drift),
         scene: scene.name.clone(),
         study,

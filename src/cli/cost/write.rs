@@ -4,10 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use super::super::{CliError, CliResult, Globals};
-use super::page;
+use super::{Args, page};
 use crate::cost::fit;
 use crate::cost::judge::Judge;
-use crate::cost::point::Point;
 use crate::cost::sentences::number;
 use crate::cost::setting::Setting;
 use crate::cost::store::{BEST_FILE, Store};
@@ -33,53 +32,60 @@ pub(super) fn all(
 }
 
 /// What a user may want to do next, and the command that does it; `out` is the finished folder.
-pub(super) fn next_steps(outcome: &Outcome, scene: &Path, out: &Path) -> Vec<(String, String)> {
-    let (scene, folder) = (shell_word(scene), shell_word(out));
-    let best = shell_word(&out.join(BEST_FILE));
+pub(super) fn next_steps(outcome: &Outcome, args: &Args, out: &Path) -> Vec<(String, String)> {
+    let scene = shell_word(&args.scene.to_string_lossy());
+    let best = shell_word(&out.join(BEST_FILE).to_string_lossy());
+    let camera = shell_word(&args.camera);
     let step = |what: &str, command: String| (what.to_owned(), command);
-    let mut steps = match outcome.kept_budget() {
-        Some(budget) => vec![
-            step(
-                "Check that the chosen setting keeps its budget, here or on another machine",
-                format!(
-                    "macula cost {scene} --params {best} --check-budget {}",
-                    budget.budget_ms
-                ),
+    let mut steps = Vec::new();
+    if let Some(budget) = outcome.kept_budget() {
+        steps.push(step(
+            "Check that the chosen setting keeps its budget, here or on another machine",
+            format!(
+                "macula cost {scene} --camera {camera} --params {best} --check-budget {}",
+                budget.budget_ms
             ),
+        ));
+        steps.push(step(
+            "See one frame of it",
+            format!("macula render {scene} --camera {camera} --params {best} --out frame.png"),
+        ));
+    } else if outcome.budget.is_none() {
+        let front = fit::front(&outcome.points);
+        let same = this_command();
+        steps.extend(front.get(front.len() / 2).map(|middle| {
+            let budget_ms = number(middle.frame_ms());
             step(
-                "See one frame of it",
-                format!("macula render {scene} --params {best} --out frame.png"),
-            ),
-        ],
-        None => {
-            let front = fit::front(&outcome.points);
-            let middle = front.get(front.len() / 2);
-            let command = |point: &&Point| {
-                let budget_ms = number(point.frame_ms());
-                format!("macula cost {scene} --out {folder} --budget-ms {budget_ms}")
-            };
-            let what = "Let the best setting for a frame time be found, such as this one; every point measured here counts";
-            middle
-                .map(command)
-                .map(|command| step(what, command))
-                .into_iter()
-                .collect()
-        }
-    };
+                "Let the best setting for a frame time be found, such as this one; every point measured here counts",
+                format!("{same} --budget-ms {budget_ms}"),
+            )
+        }));
+    }
     steps.push(step(
         "Look at every point in a notebook or a spreadsheet",
-        shell_word(&out.join("cost.csv")),
+        shell_word(&out.join("cost.csv").to_string_lossy()),
     ));
     steps
 }
 
-/// A path as a shell takes it for one word.
-fn shell_word(path: &Path) -> String {
-    let text = path.display().to_string();
-    let is_plain = |c: char| c.is_alphanumeric() || "/\\._-:+=@".contains(c);
-    match text.chars().all(is_plain) {
-        true => text,
-        false => format!("\"{text}\""),
+/// The command that runs now, to be typed again: it goes on where this one ends.
+fn this_command() -> String {
+    let words = std::env::args().skip(1);
+    let words = words.filter(|word| word != "--force" && word != "--json");
+    let words: Vec<String> = words.map(|word| shell_word(&word)).collect();
+    format!("macula {}", words.join(" "))
+}
+
+/// A text as a shell takes it for one word.
+fn shell_word(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+=:,@".contains(c);
+    match (
+        !text.is_empty() && text.chars().all(is_plain),
+        cfg!(windows),
+    ) {
+        (true, _) => text.to_owned(),
+        (false, true) => format!("\"{text}\""),
+        (false, false) => format!("'{}'", text.replace('\'', "'\\''")),
     }
 }
 
@@ -166,5 +172,22 @@ pub(super) fn tell(folder: &Path, outcome: &Outcome, next: &[(String, String)], 
     );
     for (what, command) in next {
         println!("{what}:\n  {command}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_shell_takes_any_name_for_one_word() {
+        for name in ["out/a", "d$HOME/o", "it's `here`", "two words", ""] {
+            let echoed = std::process::Command::new("sh")
+                .args(["-c", &format!("printf %s {}", shell_word(name))])
+                .output()
+                .unwrap();
+            assert_eq!(String::from_utf8(echoed.stdout).unwrap(), name);
+        }
     }
 }
