@@ -196,7 +196,7 @@ knobs! {
     /// Gathering photons at visible points.
     gather: Gather {
         /// Radius of the global map, half the scene's diagonal at most; 0: from the scene's area and the photon count, so that
-        /// `photons_per_estimate` fall into it.
+        /// `photons_per_estimate` fall into it, a twentieth of the diagonal at most.
         radius_m: f32 = 0.0, 0.0, 1e6, "m", "see photons_per_estimate";
         /// Photons that an estimate from the global map holds on average, if spread evenly over the scene's surfaces.
         photons_per_estimate: f32 = 40.0, 1.0, 100_000.0, "photons", "50 to 100 in Jensen 1996; fewer blur less and take less time, and passes average the noise";

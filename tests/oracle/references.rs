@@ -147,10 +147,10 @@ fn no_light_leaks_into_the_dark_room() {
 
 /// Pixels of the reference to one of the oracle's picture, along each side.
 const BLOCK: u32 = 10;
-/// Standard errors that a mean may be off: one run in 15 000 is by chance.
+/// Standard errors that a mean may be off; as they are drawn from 8 to 14 pictures, one run in 200 to 700 is by chance.
 const STANDARD_ERRORS: f64 = 4.0;
-/// The share of blocks left out of a comparison: those of which the reference itself is least sure. They hold its few outliers, and as its
-/// errors pick them, not the oracle's pictures, none of the two is favoured.
+/// The share of blocks left out of a comparison: those of which the reference itself is least sure. They hold its few outliers,
+/// most of them too bright: the oracle is not asked to have them too.
 const TRIMMED: f64 = 0.02;
 
 #[test]

@@ -35,7 +35,8 @@ What to look at:
   faults      NaN, infinite and negative values: anything but 0 is a defect, not noise. Pixels that are not finite are left out below.
   bias        what more samples will not mend. Where the reference's noise is known, its share of the bias stands beside it.
   8x8 blocks  noise drops 8 times, bias and blur stay: a relMSE that hardly falls here is not noise.
-  less ref.   the error without the reference's own noise: quote this one. `<` before it: too small for this reference to tell.
+  less ref.   the error without the reference's own noise: quote this one. `<` before it: too small for this reference to tell. That of
+              relMSE is too large where the reference's pixels scatter by more than about a tenth, as it divides by them: quote the MSE.
   trimmed     without the worst 0.1 % of pixels: far below relMSE means fireflies.
 
 The noise of a reference is read from NAME.se.exr beside NAME.exr, the standard error of each of its values.
