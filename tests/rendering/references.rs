@@ -152,7 +152,8 @@ fn photon_mapping_has_the_oracle_s_mean_in_the_bundled_scenes() {
         let brass = scene.materials.iter_mut().filter(of_brass);
         brass.for_each(|brass| brass.roughness = 1.0);
     };
-    let cases: [(&str, &dyn Fn(&mut Scene)); 5] = [
+    type Change<'a> = &'a dyn Fn(&mut Scene);
+    let cases: [(&str, Change<'_>); 5] = [
         ("cornell", &|_| ()),
         ("furnace", &|_| ()),
         ("room", &|_| ()),
