@@ -312,7 +312,12 @@ pub(super) fn create_instance(
                 reason: error.to_string(),
             })?;
     // macula opens no window. Asked for Wayland's surfaces, a layer of Mesa's looks for a compositor and complains where there is none.
-    extensions.retain(|name| !name.to_bytes().ends_with(b"_surface"));
+    // (Swapchains, of which wgpu asks each device, need the extension that all surfaces have in common.)
+    let common: &[u8] = b"VK_KHR_surface";
+    extensions.retain(|name| {
+        let name = name.to_bytes();
+        name == common || !name.ends_with(b"_surface")
+    });
     let extension_names: Vec<*const c_char> = extensions.iter().map(|name| name.as_ptr()).collect();
     let application = vk::ApplicationInfo::default()
         .application_name(c"macula")

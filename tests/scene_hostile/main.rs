@@ -186,12 +186,18 @@ fn transforms_that_overflow_are_refused_by_node() {
 
     let mut glb = Glb::new();
     glb.triangle();
-    let child = glb.push(
-        "nodes",
-        json!({"mesh": 0, "name": "deep", "scale": [1e200, 1.0, 1.0]}),
-    );
-    glb.root(json!({"children": [child], "scale": [1e200, 1.0, 1.0]}));
+    let huge = json!([1e38, 1e38, 1e38]);
+    let deep = glb.push("nodes", json!({"mesh": 0, "name": "deep", "scale": huge}));
+    // Each is a number; the product of nine is none, even in double precision.
+    let top = (0..8).fold(deep, |child, _| {
+        glb.push("nodes", json!({"children": [child], "scale": huge}))
+    });
+    glb.root(json!({"children": [top]}));
     assert_refused(&glb, &["node `deep`", "overflows"]);
+
+    // What no single precision number holds is refused where it stands.
+    glb.json["nodes"][deep]["scale"] = json!([1e200, 1.0, 1.0]);
+    assert_refused(&glb, &["number out of range at line"]);
 }
 
 #[test]
