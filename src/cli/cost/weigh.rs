@@ -236,11 +236,7 @@ fn equal_time(
         let started = Instant::now();
         let is_over = || started.elapsed() > share;
         let ladders = ladders(args, &start, judge);
-        let mut try_it = |setting: &Setting| {
-            progress.borrow().advance(1);
-            let point = campaign.point(setting)?;
-            point.map(|point| campaign.trial(&point)).transpose()
-        };
+        let mut try_it = |setting: &Setting| try_known(campaign, setting, progress);
         if search::descend(start, &ladders, frame_ms, &mut try_it, &is_over)?.is_none() {
             return Ok(false);
         }
@@ -270,11 +266,7 @@ fn choose(
         let end = limit.mul_f64(share);
         let is_over = || started.elapsed() > end;
         let ladders = ladders(args, &start, judge);
-        let mut try_it = |setting: &Setting| {
-            progress.borrow().advance(1);
-            let point = campaign.point(setting)?;
-            point.map(|point| campaign.trial(&point)).transpose()
-        };
+        let mut try_it = |setting: &Setting| try_known(campaign, setting, progress);
         match search::descend(start, &ladders, budget_ms, &mut try_it, &is_over)? {
             Some(trial) => found.push(trial),
             None => return Ok(None),
@@ -288,11 +280,7 @@ fn choose(
         return Ok(None);
     };
     let ladders = ladders(args, &best, judge);
-    let mut try_afresh = |setting: &Setting| {
-        progress.borrow().advance(1);
-        let point = campaign.fresh_point(setting)?;
-        point.map(|point| campaign.trial(&point)).transpose()
-    };
+    let mut try_afresh = |setting: &Setting| try_fresh(campaign, setting, progress);
     let chosen = search::confirm(&best.setting, &ladders, budget_ms, &mut try_afresh)?;
     let Some(mut chosen) = chosen else {
         return Ok(None);
@@ -308,17 +296,37 @@ fn choose(
         let Some(challenger) = search::challenger(&chosen, fresh, budget_ms) else {
             break;
         };
-        progress.borrow().advance(1);
-        let Some(point) = campaign.fresh_point(&challenger.setting)? else {
+        let Some(trial) = try_fresh(campaign, &challenger.setting, progress)? else {
             return Ok(None);
         };
-        let trial = campaign.trial(&point)?;
         challenged.push(challenger.setting);
         if search::is_better(&trial, &chosen, budget_ms) {
             chosen = trial;
         }
     }
     campaign.point(&chosen.setting)
+}
+
+/// The trial of a setting, from the store or measured. `None` if it was interrupted.
+fn try_known(
+    campaign: &mut Campaign<'_>,
+    setting: &Setting,
+    progress: &RefCell<Progress>,
+) -> Result<Option<Trial>, CostError> {
+    progress.borrow().advance(1);
+    let point = campaign.point(setting)?;
+    point.map(|point| campaign.trial(&point)).transpose()
+}
+
+/// The trial of a setting, measured now. `None` if it was interrupted.
+fn try_fresh(
+    campaign: &mut Campaign<'_>,
+    setting: &Setting,
+    progress: &RefCell<Progress>,
+) -> Result<Option<Trial>, CostError> {
+    progress.borrow().advance(1);
+    let point = campaign.fresh_point(setting)?;
+    point.map(|point| campaign.trial(&point)).transpose()
 }
 
 /// The knobs that a search may turn: the size only where the user left it open.
