@@ -231,8 +231,9 @@ knobs! {
         samples: u32 = 16, 1, 65_536, "paths", "a few seconds a pass at 256x256 on two cores";
         /// Most surfaces that scatter light on its way from lamp to eye; 0: as many as chance allows.
         depth_max: u32 = 0, 0, 1_000_000, "surfaces", "unbiased; references of others stop at 64 or so";
-        /// Photons a pass for what no path meets: light from point, spot and directional lights by way of mirrors and smooth glass.
-        caustic_photons: u32 = 1_000_000, 0, 100_000_000, "photons", "chosen, not measured; none are traced where nothing is specular";
+        /// Photons a pass for what paths never meet, or seldom: light from point, spot and directional lights by way of mirrors, glass and
+        /// sharp lobes. 0: paths alone.
+        caustic_photons: u32 = 1_000_000, 0, 100_000_000, "photons", "chosen, not measured; none are traced where nothing is specular or sharp";
         /// Radius over which these photons are counted; 0: a thousandth of the scene's diagonal.
         caustic_radius_m: f32 = 0.0, 0.0, 1e6, "m", "about a pixel of a picture 500 pixels wide";
     }

@@ -12,6 +12,10 @@ use glam::{DMat3, DVec3};
 use super::random::Random;
 use crate::scene::SMOOTH_ALPHA;
 
+/// GGX alpha below which a lobe is sharp: where it sends on what comes from a lamp without extent, it does so into few directions, which
+/// paths from a wide lobe seldom take.
+pub const SHARP_ALPHA: f64 = 0.2;
+
 /// Fresnel reflectance by Schlick's formula, from normal incidence to grazing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schlick {
@@ -130,6 +134,11 @@ impl Bsdf {
         self.albedo.max_element() > 0.0 || (!self.is_smooth() && self.reflects())
     }
 
+    /// Whether some of the light goes in wide lobes, as [`Bsdf::evaluate_wide`] has it.
+    pub fn is_wide(&self) -> bool {
+        self.albedo.max_element() > 0.0 || (self.alpha >= SHARP_ALPHA && self.reflects())
+    }
+
     fn reflects(&self) -> bool {
         self.interface.is_some() || self.reflection.f90 > 0.0 || self.reflection.f0 != DVec3::ZERO
     }
@@ -190,6 +199,39 @@ impl Bsdf {
         let facets = distribution(n.dot(h), self.alpha) * masking;
         let passed = 1.0 - fresnel(h_o, interface.ior);
         interface.tint * (passed * facets * (h_o * h_i / (cos_o * cos_i)).abs() / bend)
+    }
+
+    /// The share of [`Bsdf::evaluate`] that wide lobes have: the Lambert part, and microfacets unless they are sharp.
+    pub fn evaluate_wide(&self, n: DVec3, wo: DVec3, wi: DVec3) -> DVec3 {
+        if self.alpha >= SHARP_ALPHA {
+            self.evaluate(n, wo, wi)
+        } else if n.dot(wo) > 0.0 && n.dot(wi) > 0.0 {
+            self.lambert(n, wo, wi)
+        } else {
+            DVec3::ZERO
+        }
+    }
+
+    /// Takes a sample of all lobes for one of the wide ones (true) or of the others, by chance and as much as these have of it.
+    pub fn part(&self, n: DVec3, wo: DVec3, sample: Sample, random: &mut Random) -> (Sample, bool) {
+        if sample.density.is_none() {
+            return (sample, false);
+        }
+        let all = self.evaluate(n, wo, sample.wi);
+        let wide = self.evaluate_wide(n, wo, sample.wi);
+        let wide_chance = luminance(wide) / luminance(all);
+        if wide_chance <= 0.0 || wide_chance >= 1.0 {
+            return (sample, wide_chance > 0.0);
+        }
+        let is_wide = random.uniform() < wide_chance;
+        let part = match is_wide {
+            true => wide / wide_chance,
+            false => (all - wide) / (1.0 - wide_chance),
+        };
+        // A channel that reflects nothing has nothing to part.
+        let share = part / all.max(DVec3::splat(f64::MIN_POSITIVE));
+        let weight = sample.weight * share;
+        (Sample { weight, ..sample }, is_wide)
     }
 
     /// Probability of following the Lambert part.

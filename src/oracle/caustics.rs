@@ -1,5 +1,9 @@
-//! Light from lamps without extent by way of mirrors and smooth glass, which no path from the eye can meet: photons, kept where they
-//! first fall onto a surface that spreads light, and counted within a small disc.
+//! Light from lamps without extent by way of mirrors, glass and sharp lobes, which paths from the eye can't meet, or seldom: photons, kept
+//! where they fall onto a surface that spreads light, and counted within a small disc.
+//!
+//! A way from a lamp to the eye begins with some surfaces that scatter by single directions or sharp lobes. Where a wide lobe follows
+//! them, photons bring it that far. Where none does, the eye looks along sharp lobes all the way and paths find the lamp from the first of
+//! these; photons bring it there by way of single directions before it.
 //!
 //! Source: Jensen, "Global Illumination using Photon Maps", 1996, section 2.1; the rest of the oracle needs no photons.
 //! Limits: the one part of the oracle that blurs, by the disc's radius; vanishes with it, as do the photons in a disc.
@@ -35,6 +39,8 @@ struct Photon {
     flux_w: DVec3,
     /// Surfaces that scattered it on its way.
     depth: u32,
+    /// Whether one of these did by a sharp lobe.
+    is_by_sharp_lobe: bool,
 }
 
 /// Photons of one pass.
@@ -80,8 +86,16 @@ impl Caustics {
         }
     }
 
-    /// Radiance that a surface reflects (or lets through) towards `wo`, W/(m² sr), of those that met `depth_max` surfaces before at most.
-    pub fn radiance(&self, surface: &Surface, bsdf: &Bsdf, wo: DVec3, depth_max: u32) -> DVec3 {
+    /// Radiance that a surface reflects (or lets through) towards `wo`, W/(m² sr), of those that met `depth_max` surfaces before at most;
+    /// by its wide lobes alone where the way on to the eye `has_wide_lobe`.
+    pub fn radiance(
+        &self,
+        surface: &Surface,
+        bsdf: &Bsdf,
+        wo: DVec3,
+        depth_max: u32,
+        has_wide_lobe: bool,
+    ) -> DVec3 {
         // Cells are as wide as the disc: it reaches into two along each axis at most.
         let lowest = cell(surface.position - self.radius_m, self.radius_m);
         let n = surface.scattering_normal(bsdf, wo);
@@ -99,7 +113,11 @@ impl Caustics {
                 let is_consistent = is_reflected == (photon.wi.dot(surface.geometric_normal) > 0.0);
                 let is_short = photon.depth <= depth_max;
                 if is_near && is_short && faces >= NORMAL_COS_MIN && is_consistent {
-                    sum += photon.flux_w * bsdf.evaluate(n, wo, photon.wi);
+                    let f = match has_wide_lobe || photon.is_by_sharp_lobe {
+                        true => bsdf.evaluate_wide(n, wo, photon.wi),
+                        false => bsdf.evaluate(n, wo, photon.wi),
+                    };
+                    sum += photon.flux_w * f;
                 }
             }
         }
@@ -131,13 +149,14 @@ fn cell(position: DVec3, radius_m: f64) -> I64Vec3 {
     (position / (2.0 * radius_m)).floor().as_i64vec3()
 }
 
-/// Follows one photon through mirrors and smooth glass, and keeps it wherever it falls onto a surface that spreads light.
+/// Follows one photon by single directions and sharp lobes, and keeps it wherever it falls onto a surface that may spread it.
 fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
     let Some((mut ray, mut flux_w)) = oracle.lights.emit(random) else {
         return;
     };
     let scene = oracle.geometry.scene;
     let mut medium = None;
+    let mut is_by_sharp_lobe = false;
     for depth in 0..DEPTH_MAX {
         let Some((_, surface)) = oracle.first_surface(&ray, f64::INFINITY) else {
             return;
@@ -145,22 +164,25 @@ fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
         flux_w *= oracle.transmittance(medium, surface.position.distance(ray.origin));
         let bsdf = material::bsdf(scene, &surface);
         let wi = -ray.direction;
-        if depth > 0 && bsdf.is_spread() {
+        if depth > 0 && (bsdf.is_wide() || (bsdf.is_spread() && !is_by_sharp_lobe)) {
             kept.push(Photon {
                 position: surface.position,
                 geometric_normal: surface.geometric_normal,
                 wi,
                 flux_w: flux_w * arrival_factor(&surface, wi),
                 depth,
+                is_by_sharp_lobe,
             });
         }
         let n = surface.scattering_normal(&bsdf, wi);
-        // What spreads is met by paths from the eye.
         let sample = bsdf.sample(n, wi, random);
-        let sample = sample.filter(|sample| sample.density.is_none());
+        let sample = sample.map(|sample| bsdf.part(n, wi, sample, random));
+        // What goes in a wide lobe is met by paths from the eye.
+        let sample = sample.and_then(|(sample, is_wide)| (!is_wide).then_some(sample));
         let Some(sample) = sample.and_then(|sample| surface.scattered(sample)) else {
             return;
         };
+        is_by_sharp_lobe |= sample.density.is_some();
         flux_w *= sample.weight * adjoint_factor(&surface, n, wi, sample.wi);
         if let Some(interface) = bsdf.interface.filter(|i| sample.is_refracted && !i.is_thin) {
             // Radiance is squeezed in glass; flux is not.

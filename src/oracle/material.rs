@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::bsdf::{Bsdf, Interface, Schlick};
+use super::bsdf::{Bsdf, Interface, SHARP_ALPHA, Schlick};
 use super::geometry::Surface;
 use crate::scene::{Material, Scene, Texture, TextureRef, Wrap};
 
@@ -123,6 +123,17 @@ pub(super) fn bsdf(scene: &Scene, surface: &Surface) -> Bsdf {
         alpha: roughness * roughness,
         interface,
     }
+}
+
+/// Whether the material may send light on in a single direction, or in few.
+pub(super) fn may_focus(material: &Material) -> bool {
+    let reflects = material.metallic > 0.0 || material.specular_factor > 0.0;
+    let transmits = material.transmission > 0.0;
+    // A texture makes a lobe sharper only.
+    let may_be_sharp = material.metallic_roughness_texture.is_some()
+        || f64::from(material.roughness).powi(2) < SHARP_ALPHA;
+    // A thin wall passes light straight on, however rough it is.
+    (transmits && !material.is_solid) || (may_be_sharp && (reflects || transmits))
 }
 
 /// Power that a surface of the material sends out, W/m², all its sides together, with its texture's mean.

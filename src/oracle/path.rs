@@ -9,7 +9,7 @@ use super::light::Lights;
 use super::material;
 use super::random::Random;
 use crate::scene::bvh::SceneCaster;
-use crate::scene::{Material, Scene, ScenePose};
+use crate::scene::{Scene, ScenePose};
 use crate::view::Fov;
 
 /// Surfaces that a path meets before chance may end it.
@@ -27,7 +27,7 @@ pub struct PathSettings {
     pub samples: u32,
     /// Most surfaces that scatter light on its way from lamp to eye; 0: as many as chance allows.
     pub depth_max: u32,
-    /// Photons for light from lamps without extent by way of mirrors and smooth glass, where the scene has both.
+    /// Photons for light from lamps without extent by way of mirrors, glass and sharp lobes, where the scene has both.
     pub caustic_photons: u32,
     /// Radius over which these are counted, metres; 0: a thousandth of the scene's diagonal.
     pub caustic_radius_m: f64,
@@ -117,14 +117,8 @@ impl<'a> Oracle<'a> {
     /// Photons for what paths can't meet, where the scene has such light.
     fn caustics(&self, settings: &PathSettings) -> Option<Caustics> {
         let scene = self.geometry.scene;
-        let is_specular = |material: &Material| {
-            let reflects = material.metallic > 0.0 || material.specular_factor > 0.0;
-            let transmits = material.transmission > 0.0;
-            // A thin wall passes light straight on, however rough it is.
-            (transmits && !material.is_solid)
-                || (material.may_be_smooth() && (reflects || transmits))
-        };
-        let is_needed = self.lights.has_punctual() && scene.materials.iter().any(is_specular);
+        let is_needed =
+            self.lights.has_punctual() && scene.materials.iter().any(material::may_focus);
         (is_needed && settings.caustic_photons > 0).then(|| {
             let diagonal_m = f64::from(scene.bounds_over_time().diagonal_m()).max(1e-9);
             let radius_m = match settings.caustic_radius_m {
@@ -156,6 +150,8 @@ impl<'a> Oracle<'a> {
         let mut squeeze = 1.0;
         let mut medium: Option<usize> = None;
         let mut chosen: Option<Chosen> = None;
+        // Beyond a wide lobe photons bring what lamps without extent send by way of sharp ones.
+        let mut is_left_to_photons = false;
         for depth in 0.. {
             let Some((hit, surface)) = self.first_surface(&ray, f64::INFINITY) else {
                 break;
@@ -183,13 +179,17 @@ impl<'a> Oracle<'a> {
                     0 => u32::MAX,
                     most => most - depth - 1,
                 };
-                radiance += throughput * caustics.radiance(&surface, &bsdf, wo, others);
+                let seen = caustics.radiance(&surface, &bsdf, wo, others, is_left_to_photons);
+                radiance += throughput * seen;
             }
             if bsdf.is_spread()
                 && let Some(light) = self.lights.sample(&self.geometry, surface.position, random)
             {
                 let wi = light.direction;
-                let f = bsdf.evaluate(n, wo, wi);
+                let f = match light.density {
+                    None if is_left_to_photons => bsdf.evaluate_wide(n, wo, wi),
+                    _ => bsdf.evaluate(n, wo, wi),
+                };
                 let is_reflected = n.dot(wi) > 0.0;
                 if f != DVec3::ZERO
                     && is_reflected == (surface.geometric_normal.dot(wi) > 0.0)
@@ -204,7 +204,12 @@ impl<'a> Oracle<'a> {
                         throughput * f * light.irradiance * left * (n.dot(wi).abs() * share);
                 }
             }
-            let sample = bsdf.sample(n, wo, random);
+            let mut sample = bsdf.sample(n, wo, random);
+            if caustics.is_some() && !is_left_to_photons {
+                let parted = sample.map(|sample| bsdf.part(n, wo, sample, random));
+                is_left_to_photons = parted.is_some_and(|(_, is_wide)| is_wide);
+                sample = parted.map(|(sample, _)| sample);
+            }
             let Some(sample) = sample.and_then(|sample| surface.scattered(sample)) else {
                 break;
             };

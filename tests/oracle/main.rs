@@ -4,6 +4,7 @@ mod bsdf;
 mod device;
 mod kinds;
 mod references;
+mod sharp_lobes;
 mod sphere;
 
 #[path = "../common/chi_squared.rs"]
