@@ -8,13 +8,16 @@ use crate::maker::{Stage, glowing, lambert};
 use crate::runner::{Case, Control, Expected, hold};
 use crate::stages::{LAMP_M, above, floor, furnace};
 
+/// A lamp beside the floor's middle, whose light meets a pane between them at a slant.
+const SLANTED_LAMP_M: Vec3 = Vec3::new(1.8, 1.4, 0.0);
+
 /// A pane between lamp and floor, and the eye under it.
-fn floor_behind(pane: Value) -> Scene {
+fn floor_behind(pane: Value, lamp_m: Vec3) -> Scene {
     let corner = Vec3::new(-1.9, 1.0, 1.9);
     let eye = Stage::new(0.9 * Vec3::Y, Vec3::ZERO);
     floor(eye)
         .quad(corner, 3.8 * Vec3::X, -3.8 * Vec3::Z, pane)
-        .point_light(LAMP_M, 5.0)
+        .point_light(lamp_m, 5.0)
         .load()
 }
 
@@ -52,7 +55,7 @@ fn moving_lamp(is_mirrored: bool) -> Scene {
 }
 
 /// A cube in the furnace of a transmissive material.
-fn cube(metallic: f32, roughness: f32, transmission: f32) -> Scene {
+fn cube(metallic: f32, roughness: f32, transmission: f32, ior: f32) -> Scene {
     let material = json!({
         "pbrMetallicRoughness": {
             "baseColorFactor": [0.8, 0.8, 0.8, 1.0], "metallicFactor": metallic, "roughnessFactor": roughness,
@@ -60,6 +63,7 @@ fn cube(metallic: f32, roughness: f32, transmission: f32) -> Scene {
         "extensions": {
             "KHR_materials_transmission": {"transmissionFactor": transmission},
             "KHR_materials_volume": {"thicknessFactor": 1.0},
+            "KHR_materials_ior": {"ior": ior},
         },
     });
     furnace()
@@ -78,11 +82,16 @@ pub fn cases() -> Vec<Case> {
     vec![
         case(
             "a lamp behind a smooth thin pane",
-            floor_behind(thin_pane(0.0)),
+            floor_behind(thin_pane(0.0), LAMP_M),
         ),
         case(
             "a lamp behind a rough thin pane",
-            floor_behind(thin_pane(1.0)),
+            floor_behind(thin_pane(1.0), LAMP_M),
+        ),
+        // A rough surface hides a fifth of itself from light that comes at such a slant.
+        case(
+            "a slanted lamp behind a rough thin pane",
+            floor_behind(thin_pane(1.0), SLANTED_LAMP_M),
         ),
         Case::new(
             "a one-sided lamp that moves and is mirrored",
@@ -93,11 +102,19 @@ pub fn cases() -> Vec<Case> {
         .control(Control::Brighter(1.3)),
         case(
             "a rough metal that would let light through",
-            cube(1.0, 0.6, 0.5),
+            cube(1.0, 0.6, 0.5, 1.5),
         ),
-        case("a mirror that would let light through", cube(1.0, 0.0, 0.5)),
-        case("milk glass", cube(0.0, 0.0, 0.5)),
-        case("frosted milk glass", cube(0.0, 0.5, 0.5)),
+        case(
+            "a mirror that would let light through",
+            cube(1.0, 0.0, 0.5, 1.5),
+        ),
+        case("milk glass", cube(0.0, 0.0, 0.5, 1.5)),
+        case("frosted milk glass", cube(0.0, 0.5, 0.5, 1.5)),
+        // Wide enough a lobe to be gathered, were it not an interface's, and strong enough for that to be noticed.
+        case(
+            "frosted milk glass of diamond's index",
+            cube(0.0, 0.75, 0.5, 2.4),
+        ),
     ]
 }
 
