@@ -5,15 +5,15 @@ use std::iter;
 use serde_json::json;
 
 use super::{CliError, CliResult, Globals, commands};
-use crate::params::{Params, nearest};
+use crate::params::{Knob, Params, nearest};
 
 /// The topic that is no command.
 const PARAMS: &str = "params";
 
-/// Explain a command, or list every parameter with `help params`.
+/// Explain a command, or list every parameter with `help params`, those of one room with `help params photon`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// A command and those under it (`session import`), or `params`.
+    /// A command and those under it (`session import`), or `params` and a room (`params photon`).
     #[arg(value_name = "TOPIC")]
     pub topic: Vec<String>,
 }
@@ -24,7 +24,8 @@ pub struct Args {
 /// There is no such topic.
 pub fn run(args: Args, globals: &Globals) -> CliResult {
     match args.topic.as_slice() {
-        [topic] if topic == PARAMS => print_params(globals),
+        [topic] if topic == PARAMS => print_params(&Params::knobs(), globals),
+        [topic, room] if topic == PARAMS => print_params(&knobs_of(room)?, globals),
         words => {
             check_command(words)?;
             let words = words.iter().map(String::as_str);
@@ -48,7 +49,7 @@ fn check_command(words: &[String]) -> CliResult {
                 .collect();
             let topics = command.get_subcommands().map(clap::Command::get_name);
             let topics = topics.chain((depth == 0).then_some(PARAMS));
-            let meant = nearest(word, topics)
+            let meant = nearest(word, topics.filter(|topic| topic != word))
                 .map(|topic| format!(" (did you mean `{topic}`?)"))
                 .unwrap_or_default();
             return Err(CliError::new(format!(
@@ -62,9 +63,38 @@ fn check_command(words: &[String]) -> CliResult {
     Ok(())
 }
 
-fn print_params(globals: &Globals) {
+/// The room of a knob.
+fn room_of(key: &str) -> &str {
+    key.split_once('.').map_or(key, |(room, _)| room)
+}
+
+/// The knobs of one room, or the one knob of that key.
+///
+/// # Errors
+/// There is neither; the message names what is most like it, and all rooms.
+fn knobs_of(wanted: &str) -> Result<Vec<Knob>, CliError> {
+    let knobs = Params::knobs();
+    let mut rooms = Vec::from_iter(knobs.iter().map(|knob| room_of(knob.key)));
+    rooms.dedup();
+    let keys = knobs.iter().map(|knob| knob.key);
+    let meant = nearest(wanted, rooms.iter().copied().chain(keys))
+        .map(|key| format!(" (did you mean `{key}`?)"))
+        .unwrap_or_default();
+    let rooms = rooms.join(", ");
+    let is_wanted = |knob: &Knob| knob.key == wanted || room_of(knob.key) == wanted;
+    let wanted_knobs = Vec::from_iter(knobs.into_iter().filter(is_wanted));
+    if wanted_knobs.is_empty() {
+        return Err(CliError::new(format!(
+            "no parameter and no room of parameters is called `{wanted}`{meant}; the rooms are: {rooms}"
+        ))
+        .in_arguments());
+    }
+    Ok(wanted_knobs)
+}
+
+fn print_params(knobs: &[Knob], globals: &Globals) {
     if globals.json {
-        println!("{}", json!({ "params": Params::knobs() }));
+        println!("{}", json!({ "params": knobs }));
         return;
     }
     println!(
@@ -73,8 +103,8 @@ fn print_params(globals: &Globals) {
          command line says nothing; `macula cost --budget-ms` writes such a file.\n"
     );
     let mut room = "";
-    for knob in Params::knobs() {
-        let (this_room, _) = knob.key.split_once('.').unwrap_or((knob.key, ""));
+    for knob in knobs {
+        let this_room = room_of(knob.key);
         if this_room != room {
             println!("[{this_room}]");
             room = this_room;
