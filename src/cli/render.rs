@@ -41,10 +41,10 @@ pub struct Args {
     pub photons: Option<u32>,
     /// Passes to average: each has photons of its own, and the gather radius shrinks from one to the next
     /// [default: that of --params, or 16].
-    #[arg(long, value_name = "K", conflicts_with = "seconds", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "K", conflicts_with = "seconds", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub passes: Option<u32>,
     /// Add passes until this many seconds have gone by.
-    #[arg(long, value_name = "S", value_parser = seconds)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = seconds)]
     pub seconds: Option<Duration>,
     /// Where the eye looks, in degrees right and up of the picture's axis: the regions around it get what the fovea parameters say
     /// [default: that of --params, or nowhere: the whole picture is fovea].

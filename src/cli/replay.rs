@@ -38,12 +38,13 @@ pub struct Args {
     #[arg(long, value_name = "A..B")]
     pub frames: Option<FrameRange>,
     /// Replay every N-th frame of the recording only.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub every: u32,
     /// The OpenXR runtime: the simulated headset that plays the recording, or the system's own (with its own head and gaze).
     #[arg(long, value_name = "R", default_value = "sim")]
     pub runtime: RuntimeChoice,
-    /// Keep every frame's pictures as files.
+    /// Keep every frame's pictures as files: exr holds radiance. No FILE.se.exr is written beside them, whatever the technique: a frame is
+    /// one pass, and what tells the standard error is the scatter of several. `render` writes one.
     #[arg(long, value_name = "FORMAT", default_value = "png")]
     pub capture: CaptureFormat,
     /// Write report.html.

@@ -46,17 +46,17 @@ pub struct Args {
     pub sweep: Vec<String>,
     /// Find the setting with the least foveal error within this frame time, measure it again, and write it as best.toml. The periphery is
     /// not weighed. Photons, samples, radius, depth and, unless --size or --sweep size= says it, the pictures' size are searched.
-    #[arg(long, value_name = "MS", value_parser = positive)]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true, value_parser = positive)]
     pub budget_ms: Option<f64>,
     /// Find the time that each technique of the sweep needs for this relative mean squared error in the fovea: with more or fewer paths,
     /// then passes, from the nearest point of the sweep.
-    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    #[arg(long, value_name = "ERROR", allow_hyphen_values = true, value_parser = positive)]
     pub equal_error: Option<f64>,
     /// Search each technique of the sweep for the least error that it reaches in this frame time.
-    #[arg(long, value_name = "MS", value_parser = positive)]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true, value_parser = positive)]
     pub equal_time: Option<f64>,
     /// Only time the setting of --params, and say whether its frames keep this time within 15 %.
-    #[arg(long, value_name = "MS", value_parser = positive, conflicts_with_all = ["sweep", "budget_ms", "equal_error", "equal_time", "out"])]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true, value_parser = positive, conflicts_with_all = ["sweep", "budget_ms", "equal_error", "equal_time", "out"])]
     pub check_budget: Option<f64>,
     /// Size of the pictures [default: that of --params, or 64x64]; the largest size swept is the reference's.
     #[arg(long, value_name = "WxH")]
@@ -71,13 +71,13 @@ pub struct Args {
     #[arg(long, value_name = "FILE.exr")]
     pub reference: Option<PathBuf>,
     /// Time for the reference where none is given: paths traced on the processor.
-    #[arg(long, value_name = "S", default_value = "90", value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value = "90", allow_hyphen_values = true, value_parser = seconds)]
     pub reference_seconds: Duration,
     /// Time for one point, at least five frames.
-    #[arg(long, value_name = "S", default_value = "2.5", value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value = "2.5", allow_hyphen_values = true, value_parser = seconds)]
     pub point_seconds: Duration,
     /// Time for the search of --budget-ms, and for that of --equal-time.
-    #[arg(long, value_name = "S", default_value = "180", value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value = "180", allow_hyphen_values = true, value_parser = seconds)]
     pub search_seconds: Duration,
     /// The folder to write.
     #[arg(long, value_name = "DIR", required_unless_present = "check_budget")]
