@@ -22,6 +22,7 @@
 pub mod cli;
 pub mod cost;
 pub mod effect_cost;
+pub mod file_kind;
 pub mod fovea;
 pub mod frame;
 pub mod gather;

@@ -69,13 +69,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("photon", &["gpu", "params", "scene", "view"]),
     // Showing and judging pictures.
     ("metrics", &["image", "view"]),
-    ("image", &["gpu"]),
+    ("image", &["file_kind", "gpu"]),
     // What comes in: the scene, the head and the eyes.
-    ("scene", &["gpu", "view"]),
+    ("scene", &["file_kind", "gpu", "view"]),
     ("gaze", &["fovea", "view"]),
     ("fovea", &["view"]),
     ("xr", &["gpu", "view"]),
     // The ground.
+    ("file_kind", &[]),
     ("gpu", &[]),
     ("params", &[]),
     ("view", &[]),

@@ -3,8 +3,9 @@
 #[path = "common/program.rs"]
 mod program;
 
+use std::ffi::OsStr;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use program::{Run, asset, command, macula, run};
 use tempfile::TempDir;
@@ -118,6 +119,17 @@ fn wrong_arguments_end_with_2_and_a_hint() {
         ("replay a.glb --session s --out o --every 0", "1.."),
         ("replay a.glb --session s --out o --runtime other", "system"),
         ("doctor --log loud", "debug"),
+        ("render a.glb --out a.png --seconds -1", "0.5"),
+        ("render a.glb --out a.png --passes -1", "1.."),
+        ("replay a.glb --session s --out o --every -2", "1.."),
+        ("cost a.glb --out c --budget-ms -5", "above 0"),
+        ("cost a.glb --out c --equal-error -0.1", "above 0"),
+        ("cost a.glb --out c --equal-time -5", "above 0"),
+        ("cost a.glb --check-budget -5", "above 0"),
+        ("cost a.glb --out c --point-seconds -1", "above 0"),
+        ("help params phooton", "`photon`"),
+        ("help params count_photons", "gather"),
+        ("help params photon twice", "no help"),
     ] {
         let refused = macula(line);
         assert_eq!(refused.code, Some(2), "{line}: {}", refused.complaint);
@@ -178,6 +190,105 @@ fn a_missing_or_broken_scene_is_named() {
         }
     }
     assert_eq!(names(home.path()), ["broken.glb"]);
+}
+
+#[test]
+fn help_on_a_room_or_a_parameter_shows_its_parameters_and_no_others() {
+    let room = macula("help params photon");
+    assert_eq!(room.code, Some(0), "{}", room.complaint);
+    assert!(room.out.contains("photon.count") && room.out.contains("photon.depth_max"));
+    assert!(!room.out.contains("gather.radius_m"));
+    assert!(macula("help params").out.contains("gather.radius_m"));
+    let one = macula("help params photon.count --json").json();
+    assert_eq!(one["params"].as_array().unwrap().len(), 1);
+    assert_eq!(one["params"][0]["key"], "photon.count");
+}
+
+/// Files and a folder that are not what the program is given them for, with what an error must call them.
+fn strange_files(home: &Path) -> Vec<(PathBuf, &'static str)> {
+    let strange: [(&str, &[u8], &str); 4] = [
+        (
+            "picture.png",
+            b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR",
+            "a PNG picture",
+        ),
+        ("archive.zip", b"PK\x03\x04\x14\0", "a ZIP archive"),
+        ("empty", b"", "an empty file"),
+        ("words.txt", b"dear reader", "words.txt"),
+    ];
+    let mut files = Vec::new();
+    for (name, bytes, kind) in strange {
+        fs::write(home.join(name), bytes).unwrap();
+        files.push((home.join(name), kind));
+    }
+    fs::create_dir(home.join("folder")).unwrap();
+    files.push((home.join("folder"), "folder"));
+    files.push((home.join("absent"), "absent"));
+    files
+}
+
+#[test]
+fn a_file_of_another_kind_is_named_with_what_it_is_and_what_is_wanted() {
+    let home = folder();
+    let strange = strange_files(home.path());
+    let before = names(home.path());
+    let (out, cornell) = (home.path().join("out"), asset("scenes/cornell.glb"));
+    let picture = home.path().join("never-read.exr");
+    for (file, kind) in &strange {
+        let name = file.file_name().unwrap().to_str().unwrap();
+        let refuse = |words: &[&OsStr], told: [&str; 2]| {
+            assert_refused(&run(&mut command(words)), 1, &[name, told[0], told[1]]);
+        };
+        let [file, out, cornell] = [file, &out, &cornell].map(|path| path.as_os_str());
+        let [inspect, cost, replay, compare] =
+            ["inspect", "cost", "replay", "compare"].map(OsStr::new);
+        let [to, session] = ["--out", "--session"].map(OsStr::new);
+        let scene = "assets/scenes/cornell.glb";
+        refuse(&[inspect, file], [kind, scene]);
+        refuse(&[cost, file, to, out], [kind, scene]);
+        let recording = ["is no session folder", "assets/sessions/natural-look"];
+        refuse(&[replay, cornell, session, file, to, out], recording);
+        if *kind != "folder" {
+            refuse(&[compare, file, picture.as_os_str()], [kind, "OpenEXR"]);
+        }
+    }
+    assert_eq!(names(home.path()), before, "nothing is left behind");
+}
+
+#[test]
+fn a_picture_that_is_cut_short_is_told_from_one_of_another_kind() {
+    let home = folder();
+    let (whole, torn) = (home.path().join("whole.exr"), home.path().join("torn.exr"));
+    assert_eq!(render(&whole, &[]).code, Some(0));
+    let bytes = fs::read(&whole).unwrap();
+    fs::write(&torn, &bytes[..bytes.len() / 2]).unwrap();
+    let compared = |other: &Path| run(command(["compare"]).arg(&whole).arg(other));
+    assert_refused(&compared(&torn), 1, &["torn.exr", "cut short"]);
+    let refused = compared(&asset("scenes/cornell.glb"));
+    assert_refused(&refused, 1, &["cornell.glb", "a glTF scene", "OpenEXR"]);
+    assert_eq!(compared(&whole).code, Some(0));
+}
+
+#[test]
+fn a_recording_or_a_parameter_file_of_another_kind_is_named_with_what_is_wanted() {
+    let home = folder();
+    for (file, kind) in strange_files(home.path()) {
+        let mut command = command(["session", "import"]);
+        command.arg(&file).arg("--out").arg(home.path().join("s"));
+        let name = file.file_name().unwrap().to_str().unwrap();
+        let what = if kind == "folder" {
+            "it is a folder"
+        } else {
+            name
+        };
+        assert_refused(&run(&mut command), 1, &[name, what]);
+    }
+    let params = home.path().join("folder");
+    let refused = render(
+        &home.path().join("a.png"),
+        &["--params", params.to_str().unwrap()],
+    );
+    assert_refused(&refused, 1, &["folder", "TOML"]);
 }
 
 #[test]

@@ -44,7 +44,10 @@ pub fn settings(globals: &Globals) -> Result<(Params, RunDefaults), CliError> {
         };
         let text = fs::read_to_string(path).map_err(|error| {
             CliError::because(
-                format!("cannot read the parameter file {}", path.display()),
+                format!(
+                    "cannot read the parameter file {}: it must be TOML text, with [room] and name = value as `macula help params` lists them",
+                    path.display()
+                ),
                 error,
             )
         })?;

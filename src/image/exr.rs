@@ -2,13 +2,16 @@
 //! EXR reader knows. The `image` crate writes tiles with RLE only, so this talks to the `exr` crate under it.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use ::exr::prelude::*;
 
 use super::LinearImage;
+use crate::file_kind::kind_of;
 
+/// The first bytes of every EXR file (OpenEXR File Layout, "Magic Number").
+const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// A file may ask for no more pixels than this on a side, and no more than [`MAX_PIXELS`] in all, before memory is given to it.
 pub const MAX_SIDE: usize = 16_384;
 /// 64 Mi pixels, 768 MiB as 32-bit RGB: twice a pair of 4096x4096 eye images.
@@ -17,17 +20,28 @@ pub const MAX_PIXELS: usize = 1 << 26;
 /// Why a picture could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExrError {
-    /// The file could not be opened.
-    #[error("cannot open {}", path.display())]
+    /// The file could not be opened, or is a folder.
+    #[error("cannot open {}: check that it exists and may be read; it must be an OpenEXR picture, such as `macula render SCENE --out NAME.exr` writes", path.display())]
     Open {
         /// The file.
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
     },
-    /// The file is no EXR, is cut short, or holds something that this reader does not know.
+    /// The file is something else.
     #[error(
-        "cannot read {} as an OpenEXR picture with channels R, G and B",
+        "{} is {found}, not an OpenEXR picture of radiance; `macula render SCENE --out NAME.exr` writes one",
+        path.display()
+    )]
+    NotExr {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: &'static str,
+    },
+    /// The file is an EXR, but cut short, or holds something that this reader does not know.
+    #[error(
+        "cannot read {} as an OpenEXR picture with channels R, G and B: it may be cut short; write or copy it again",
         path.display()
     )]
     Read {
@@ -80,15 +94,23 @@ pub enum ExrError {
 /// # Errors
 /// A file that is missing, cut short, no EXR, without R, G and B, or larger than the limits.
 pub fn read(path: &Path) -> std::result::Result<LinearImage, ExrError> {
-    let file = File::open(path).map_err(|source| ExrError::Open {
+    let unopened = |source| ExrError::Open {
         path: path.into(),
         source,
-    })?;
+    };
+    let mut file = BufReader::new(File::open(path).map_err(unopened)?);
+    let first_bytes = file.fill_buf().map_err(unopened)?;
+    if !first_bytes.starts_with(&MAGIC) {
+        return Err(ExrError::NotExr {
+            path: path.into(),
+            found: kind_of(first_bytes).unwrap_or("something else"),
+        });
+    }
     let unreadable = |source| ExrError::Read {
         path: path.into(),
         source,
     };
-    let chunks = ::exr::block::read(BufReader::new(file), false).map_err(unreadable)?;
+    let chunks = ::exr::block::read(file, false).map_err(unreadable)?;
     for header in chunks.headers() {
         let Vec2(width, height) = header.layer_size;
         if width > MAX_SIDE || height > MAX_SIDE || width * height > MAX_PIXELS {

@@ -28,6 +28,11 @@ impl Error for SceneError {
 /// What is wrong with a scene file; each names the thing, and the mend where there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneProblem {
+    /// What was given is no glTF file at all.
+    #[error(
+        "{0}; a scene is a glTF 2.0 file, .glb or .gltf, such as assets/scenes/cornell.glb of macula's repository"
+    )]
+    NotAScene(String),
     /// A file cannot be opened or read.
     #[error("cannot read {}: check that it exists and may be read", path.display())]
     Io {
@@ -37,11 +42,11 @@ pub enum SceneProblem {
         #[source]
         source: std::io::Error,
     },
-    /// Neither glTF JSON nor a GLB container, or cut short.
+    /// A GLB container that is cut short or out of order.
     #[error("{0}; export the scene again")]
     Container(String),
     /// The JSON does not parse as glTF 2.0.
-    #[error("the glTF JSON is malformed")]
+    #[error("the glTF JSON is malformed; export the scene again")]
     Json(#[source] serde_json::Error),
     /// The JSON parses but breaks a rule of glTF 2.0.
     #[error("{0}")]

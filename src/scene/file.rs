@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 
 use super::error::SceneProblem;
 use super::limits::LoadLimits;
+use crate::file_kind::kind_of;
 
 /// Reads files of one scene within one budget of bytes, and hashes them in the order read.
 pub(super) struct SceneFiles {
@@ -29,6 +30,13 @@ impl SceneFiles {
             bytes_limit: limits.file_bytes,
             hash: Sha256::new(),
         };
+        let metadata = std::fs::metadata(path);
+        if metadata.as_ref().is_ok_and(std::fs::Metadata::is_dir) {
+            return Err(SceneProblem::NotAScene("it is a folder".into()));
+        }
+        if metadata.is_err_and(|error| error.kind() == ErrorKind::NotFound) {
+            return Err(SceneProblem::NotAScene("there is no such file".into()));
+        }
         let bytes = files.read(path)?;
         Ok((files, bytes))
     }
@@ -132,6 +140,11 @@ impl<'a> Container<'a> {
     /// Splits the bytes of a .glb, or takes those of a .gltf as they are. Decided by the magic, not by the name.
     pub fn split(bytes: &'a [u8]) -> Result<Self, SceneProblem> {
         if !bytes.starts_with(b"glTF") {
+            let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
+            if first != Some(&b'{') {
+                let kind = kind_of(bytes).unwrap_or("neither JSON text nor a GLB container");
+                return Err(SceneProblem::NotAScene(format!("it is {kind}")));
+            }
             return Ok(Self {
                 json: bytes,
                 binary: None,

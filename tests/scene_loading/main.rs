@@ -302,5 +302,5 @@ fn what_is_left_out_is_warned_of() {
 fn a_missing_file_is_named() {
     let error = Scene::load("no/such/scene.glb".as_ref()).unwrap_err();
     assert!(error.to_string().contains("no/such/scene.glb"));
-    assert!(matches!(error.problem, SceneProblem::Io { .. }));
+    assert!(matches!(error.problem, SceneProblem::NotAScene(_)));
 }

@@ -27,6 +27,11 @@ impl Format {
     /// Every format.
     pub const ALL: [Self; 1] = [Self::Sranipal];
 
+    /// Its name, and what its header holds.
+    fn described(self) -> String {
+        format!("{self}, a CSV with the columns {}", self.marks().join(", "))
+    }
+
     /// Columns that only this format has together.
     fn marks(self) -> &'static [&'static str] {
         match self {
@@ -93,6 +98,12 @@ pub fn import(path: &Path, format: Option<Format>) -> Result<Imported, TraceErro
         file: file.clone(),
         source,
     };
+    if path.is_dir() {
+        return Err(TraceError::Unusable {
+            file,
+            reason: "it is a folder; give the recording's own file".into(),
+        });
+    }
     let mut reader = BufReader::new(File::open(path).map_err(read_error)?);
     let format = match format {
         Some(format) => format,
@@ -103,7 +114,7 @@ pub fn import(path: &Path, format: Option<Format>) -> Result<Imported, TraceErro
                 file: file.clone(),
                 reason: format!(
                     "its first line is the header of no known format; known: {}",
-                    Format::ALL.map(|format| format.to_string()).join(", ")
+                    Format::ALL.map(Format::described).join("; ")
                 ),
             })?
         }

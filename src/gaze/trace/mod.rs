@@ -240,7 +240,9 @@ impl FromStr for GazeState {
 #[derive(Debug, thiserror::Error)]
 pub enum TraceError {
     /// The folder is missing, or is none.
-    #[error("{path} is no session folder: {reason}")]
+    #[error(
+        "{path} is no session folder: {reason}; the bundled assets/sessions/natural-look is one"
+    )]
     NotASession {
         /// The folder.
         path: PathBuf,
@@ -256,7 +258,7 @@ pub enum TraceError {
         reason: String,
     },
     /// The system refused to read.
-    #[error("can't read {file}")]
+    #[error("can't read {file}: check that it exists and may be read")]
     Read {
         /// The file.
         file: String,

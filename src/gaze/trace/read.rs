@@ -39,7 +39,11 @@ impl Session {
     /// A missing folder or file, and any line that says something impossible, with file, line, column and the mend.
     pub fn open(folder: &Path) -> Result<Self, TraceError> {
         if !folder.is_dir() {
-            return Err(not_a_session(folder, "there is no such folder"));
+            let reason = match folder.exists() {
+                true => "it is a file; give the folder that holds session.json",
+                false => "there is no such folder",
+            };
+            return Err(not_a_session(folder, reason));
         }
         let mut session = Session {
             metadata: read_metadata(folder)?,
