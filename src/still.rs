@@ -142,6 +142,12 @@ impl<'a> Still<'a> {
         }
     }
 
+    /// Starts the picture anew with the random numbers of the pass `frame`, so that two pictures can be made of the same ones.
+    pub fn start_over_at(&mut self, frame: u32) {
+        self.start_over();
+        self.frame = frame;
+    }
+
     /// The mean over the passes so far.
     ///
     /// # Errors

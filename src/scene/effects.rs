@@ -31,6 +31,11 @@ macro_rules! effects {
                 self
             }
 
+            /// With some effects, by their names, off.
+            pub fn without(self, names: &[&str]) -> Self {
+                names.iter().fold(self, |effects, name| effects.with(name, false))
+            }
+
             fn from_reports(reports: &[EffectReport]) -> Self {
                 let is_on = |name| reports.iter().any(|r| r.effect == name && r.on);
                 Self { $($field: is_on($name)),* }

@@ -2,18 +2,19 @@
 
 use std::sync::atomic::Ordering;
 
+use crate::cli::common::ImageSize;
 use crate::cli::output::interrupt_flag;
 use crate::cli::progress::Progress;
 use crate::cli::{CliError, Globals, common};
-use crate::effect_cost::{EffectCost, Subject};
+use crate::effect_cost::{EffectCosts, Subject};
 use crate::gather::EyeSettings;
 use crate::params::Params;
 use crate::scene::Scene;
 use crate::scene::loaded::LoadedScene;
 use crate::technique::{self, TechniqueEntry};
 
-/// Pixels of the picture that is timed, across and down: large enough that the passes outweigh their starts.
-const SIZE: (u32, u32) = (128, 128);
+/// By how much a software device's picture is less wide and high than the default one: a frame then takes a fraction of a second.
+const SOFTWARE_SCALE: u32 = 8;
 
 /// Times frames with and without each effect.
 ///
@@ -24,14 +25,24 @@ pub fn effect_costs(
     params: &Params,
     entry: &TechniqueEntry,
     globals: &Globals,
-) -> Result<Vec<EffectCost>, CliError> {
+) -> Result<EffectCosts, CliError> {
     let Some(camera) = scene.cameras.first() else {
         let mend = "the scene has no camera to measure from; add one to the file";
         return Err(CliError::new(mend));
     };
-    let eye = EyeSettings::new(params, camera.view(SIZE.0, SIZE.1), None);
     let interrupted = interrupt_flag()?;
     let gpu = common::headless_device(globals)?;
+    let scale = match gpu.info.device_type {
+        wgpu::DeviceType::Cpu => SOFTWARE_SCALE,
+        _ => 1,
+    };
+    let ImageSize { width, height } = common::DEFAULT_SIZE;
+    let size = (width / scale, height / scale);
+    // As many photons for each pixel as in the default picture.
+    let mut params = params.clone();
+    params.photon.count /= scale * scale;
+    let params = &params;
+    let eye = EyeSettings::new(params, camera.view(size.0, size.1), None);
     let own = technique::effects(&scene, params);
     let loaded = LoadedScene::new(&gpu, scene)?;
     let subject = Subject {
@@ -40,7 +51,7 @@ pub fn effect_costs(
         params,
         technique: entry,
         eye,
-        size: SIZE,
+        size,
     };
     let progress = Progress::new("measuring", own.named().count() as u64, "effects");
     let costs = subject.price(own, &mut || {

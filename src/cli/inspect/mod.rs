@@ -1,6 +1,7 @@
 //! `macula inspect`: what a scene file holds, what it will take, and which effects it calls for.
 
 mod measure;
+mod price;
 mod text;
 
 use std::collections::BTreeMap;
@@ -10,7 +11,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::{CliResult, Globals, common};
-use crate::effect_cost::EffectCost;
+use crate::effect_cost::EffectCosts;
 use crate::frame;
 use crate::params::Params;
 use crate::scene::bvh::SceneCaster;
@@ -49,7 +50,7 @@ pub fn run(args: Args, globals: &Globals) -> CliResult {
     let scene = Scene::load(&args.scene)?;
     let mut inspection = Inspection::of(&args.scene, &scene, &params);
     if args.measure {
-        inspection.effect_costs = measure::effect_costs(scene, &params, entry, globals)?;
+        inspection.effect_costs = Some(measure::effect_costs(scene, &params, entry, globals)?);
     }
     if globals.json {
         println!("{}", serde_json::to_string_pretty(&inspection)?);
@@ -85,8 +86,8 @@ pub struct Inspection {
     /// The passes that run for a frame, by technique.
     pub passes: BTreeMap<&'static str, Vec<&'static str>>,
     /// What each effect costs, where it was measured.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub effect_costs: Vec<EffectCost>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effect_costs: Option<EffectCosts>,
     /// What was left out or repaired.
     pub warnings: Vec<String>,
 }
@@ -221,7 +222,7 @@ impl Inspection {
                 .iter()
                 .map(|entry| (entry.name, passes(entry, &effects)))
                 .collect(),
-            effect_costs: Vec::new(),
+            effect_costs: None,
             warnings: scene.warnings.clone(),
         }
     }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use super::price::{base, price};
 use super::{CameraSummary, Inspection, LightSummary, MaterialSummary, TextureSummary};
-use crate::effect_cost::EffectCost;
 use crate::scene::effects::EffectReport;
 
 impl Inspection {
@@ -32,14 +32,18 @@ impl Inspection {
                 if report.on { "on" } else { "off" }.to_owned(),
                 report.effect.to_owned(),
             ];
-            if !self.effect_costs.is_empty() {
-                let mut costs = self.effect_costs.iter();
-                let cost = costs.find(|cost| cost.effect == report.effect);
-                cells.push(cost.map_or("not measured".to_owned(), price));
+            if let Some(costs) = &self.effect_costs {
+                let mut effects = costs.effects.iter();
+                let cost = effects.find(|cost| cost.effect == report.effect);
+                let price = cost.map(|cost| price(cost, costs.technique));
+                cells.push(price.unwrap_or("not measured".to_owned()));
             }
             cells.push(report.why.clone());
             cells
         };
+        if let Some(costs) = &self.effect_costs {
+            section(&mut text, "Frames that were timed", &base(costs));
+        }
         section(
             &mut text,
             "Effects",
@@ -147,35 +151,6 @@ impl Inspection {
     }
 }
 
-/// What an effect costs, or what leaving it out saves, in words.
-fn price(cost: &EffectCost) -> String {
-    let [low, high] = cost.time_ratio_quartiles;
-    // The share of the frame that has the effect.
-    let percent = |ratio: f64| format!("{:.0}", 100.0 * (1.0 - 1.0 / ratio));
-    let verb = if cost.on { "costs" } else { "saves" };
-    if low == high && cost.bytes == Some(0) {
-        return format!(
-            "{verb} nothing by itself: its code is another effect's too, or a still has none"
-        );
-    }
-    let time = match low <= 1.0 && 1.0 <= high {
-        true => "no time that noise lets see".to_owned(),
-        false => format!(
-            "{} % of a frame ({} to {})",
-            percent(cost.time_ratio),
-            percent(low),
-            percent(high)
-        ),
-    };
-    let memory = match cost.bytes {
-        Some(bytes) if bytes.abs() >= 1 << 16 => {
-            format!(", {:.1} MiB", bytes as f64 / f64::from(1 << 20))
-        }
-        _ => String::new(),
-    };
-    format!("{verb} {time}{memory}")
-}
-
 /// Lines of aligned columns under a heading; nothing where there are no lines.
 fn section(text: &mut String, heading: &str, rows: &[Vec<String>]) {
     if rows.is_empty() {
@@ -197,12 +172,12 @@ fn section(text: &mut String, heading: &str, rows: &[Vec<String>]) {
     }
 }
 
-fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
+pub(super) fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
     cells.map(str::to_owned).to_vec()
 }
 
 /// 787188 as `787 188`.
-fn grouped(count: usize) -> String {
+pub(super) fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (place, digit) in digits.chars().enumerate() {
@@ -223,7 +198,7 @@ fn triple<T: Into<f64> + Copy>(values: [T; 3]) -> String {
 }
 
 /// Four significant digits without a tail of zeros.
-fn significant(value: f64) -> String {
+pub(super) fn significant(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
