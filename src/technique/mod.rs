@@ -2,6 +2,7 @@
 
 pub mod path;
 pub mod pm;
+pub mod radius;
 
 use crate::gather::{EyeImage, EyeSettings};
 use crate::gpu::pass::Recorder;

@@ -1,8 +1,9 @@
 //! Plain photon mapping: a fresh map each frame, gathered at visible points. The baseline of all that follows the eye.
 //!
 //! Source: Jensen, "Global Illumination using Photon Maps", 1996; over several passes, Knaus and Zwicker, "Progressive Photon
-//! Mapping: A Probabilistic Approach", 2011.
+//! Mapping: A Probabilistic Approach", 2011 (`radius.rs`).
 
+use super::radius::{RadiusRule, shrink_factor};
 use super::{FrameSettings, Start, Statistics, Technique};
 use crate::gather::{EyeImage, EyeLight, EyePass, EyeSettings, eye_pass};
 use crate::gpu::layout::PhotonCounters;
@@ -11,7 +12,6 @@ use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
 use crate::photon::{MapSettings, PhotonClass, PhotonMap, PhotonTracer, TraceSettings, map, trace};
 use crate::scene::effects::Effects;
-use crate::scene::gpu_scene::GpuScene;
 
 /// Where light that comes straight from a lamp is taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub struct PhotonMapping {
     eyes: EyePass,
     params: Params,
     first_radius_m: f32,
-    widest_radius_m: f32,
+    radius_cap_m: f32,
     radius_m: f32,
 }
 
@@ -126,45 +126,17 @@ impl PhotonMapping {
             .max(fovea.transition_samples)
             .max(fovea.periphery_samples);
         let eyes = EyePass::new(gpu, scene, &light, &effects, &constants, size, samples_max)?;
-        let first_radius_m = first_radius_m(params, scene);
+        let radius = RadiusRule::of(scene);
+        let first_radius_m = radius.first_m(params);
         Ok(Box::new(Self {
             photons,
             eyes,
             params: params.clone(),
             first_radius_m,
-            widest_radius_m: widest_radius_m(scene),
+            radius_cap_m: radius.cap_m(),
             radius_m: first_radius_m,
         }))
     }
-}
-
-/// The global radius before any pass, metres: as set, or such that the wanted photons fall into it when all are spread evenly.
-fn first_radius_m(params: &Params, scene: &GpuScene) -> f32 {
-    if params.gather.radius_m > 0.0 {
-        return params.gather.radius_m.min(widest_radius_m(scene));
-    }
-    let per_estimate = f64::from(params.gather.photons_per_estimate);
-    let photons = f64::from(params.photon.count.max(1));
-    let radius_m = (per_estimate * scene.area_m2() / (std::f64::consts::PI * photons)).sqrt();
-    // Wider than a twentieth of the scene nothing but a blur is left.
-    let diagonal_m = f64::from(scene.bounds().diagonal_m());
-    radius_m
-        .min(0.05 * diagonal_m)
-        .max(1e-6 * diagonal_m)
-        .max(f64::from(f32::MIN_POSITIVE)) as f32
-}
-
-/// Half the scene's diagonal, metres: whatever the receiver, a wider disc holds no more of the scene.
-fn widest_radius_m(scene: &GpuScene) -> f32 {
-    (0.5 * scene.bounds().diagonal_m()).max(f32::MIN_POSITIVE)
-}
-
-/// Factor on the first radius after `pass` passes: r²(i+1) = r²(i) (i + alpha)/(i + 1), i from 1 (Knaus and Zwicker, equation 15).
-fn radius_factor(pass: u32, alpha: f32) -> f32 {
-    let squared: f64 = (1..=pass)
-        .map(|i| (f64::from(i) + f64::from(alpha)) / (f64::from(i) + 1.0))
-        .product();
-    squared.sqrt() as f32
 }
 
 impl Technique for PhotonMapping {
@@ -174,7 +146,7 @@ impl Technique for PhotonMapping {
         frame: &FrameSettings<'_>,
     ) -> Result<(), GpuError> {
         let params = &self.params;
-        self.radius_m = self.first_radius_m * radius_factor(frame.pass, params.gather.radius_alpha);
+        self.radius_m = self.first_radius_m * shrink_factor(frame.pass, params.gather.radius_alpha);
         let Some((tracer, map)) = &mut self.photons else {
             return Ok(());
         };
@@ -218,10 +190,10 @@ impl Technique for PhotonMapping {
             None => PhotonCounters::default(),
         };
         let mut warnings = Vec::new();
-        if self.params.gather.radius_m > self.widest_radius_m {
+        if self.params.gather.radius_m > self.radius_cap_m {
             warnings.push(format!(
                 "gather.radius_m = {} is wider than the scene: {} m is used",
-                self.params.gather.radius_m, self.widest_radius_m
+                self.params.gather.radius_m, self.radius_cap_m
             ));
         }
         if counters.dropped_paths > 0 && counters.emitted == 0 {
@@ -245,18 +217,5 @@ impl Technique for PhotonMapping {
             ],
             warnings,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_radius_shrinks_as_the_cube_root_of_the_passes_for_alpha_two_thirds() {
-        // r(i)/r(1) ~ i^((alpha - 1)/2) = i^(-1/6)
-        let ratio = f64::from(radius_factor(63_999, 2.0 / 3.0) / radius_factor(999, 2.0 / 3.0));
-        assert!((ratio - 64f64.powf(-1.0 / 6.0)).abs() < 1e-3, "{ratio}");
-        assert_eq!(radius_factor(0, 2.0 / 3.0), 1.0);
     }
 }
