@@ -72,8 +72,10 @@ fn page() -> CostPage {
         )],
         next: vec![(
             "See one frame of it".into(),
-            "macula render room.glb --params out/best.toml --out frame.png".into(),
+            "macula render scenes/a-room-with-a-long-name.glb --camera viewer --params out/budget/best.toml --out frame.png".into(),
         )],
+        techniques: ["pm-direct", "pm", "path"].map(str::to_owned).to_vec(),
+        shared: "direct.shadow_rays = 4".into(),
         budget_ms: Some(50.0),
         crops: vec![crop("reference", None), crop("chosen", Some(picture(9)))],
         comparisons: vec![Comparison {
@@ -198,26 +200,55 @@ fn a_click_on_a_head_sorts_by_value_and_again_turns_it_round() {
 }
 
 #[test]
+fn a_technique_has_its_colour_and_shape_whatever_else_the_page_shows() {
+    let Some(browser) = browser() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let script = r##"
+        await wait(200);
+        return [...page.querySelectorAll("#chart .mark")].map((mark) =>
+            [mark.getAttribute("style"), mark.querySelector(".shape").getAttribute("d")]);"##;
+    let looks = |points: Vec<PlotPoint>| {
+        let page = CostPage { points, ..page() };
+        let page = written(folder.path(), &page);
+        let harness = drive(folder.path(), &page, "", script);
+        result(&visit(browser, &harness, "", 3000))
+    };
+    let point = |technique: &str| point(technique, 45.0, 0.02, true);
+    let alone = looks(vec![point("path")]);
+    let among = looks(vec![point("path"), point("pm"), point("pm-direct")]);
+    assert_eq!(alone[0], among[0], "path");
+    assert_eq!(alone[0][0], "--color: var(--tech-2)");
+    assert_ne!(among[1], among[0]);
+    assert_ne!(among[2], among[1]);
+}
+
+#[test]
 fn the_page_fits_wide_and_narrow_windows_and_one_of_nothing_opens() {
     let Some(browser) = browser() else { return };
     let folder = tempfile::tempdir().unwrap();
     let nothing = written(folder.path(), &CostPage::default());
     assert_eq!(visit(browser, &nothing, "", 2000).console, [""; 0]);
     let page = written(folder.path(), &page());
-    for width in [1400, 700] {
+    for width in [1400, 700, 420] {
         let png = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cost-{width}.png"));
         screenshot(browser, &page, "", [width, 1900], &png);
         let shot = image::open(&png).unwrap().to_rgb8();
         let colors: HashSet<_> = shot.pixels().map(|pixel| pixel.0).collect();
         assert!(colors.len() > 200, "a page with pictures, not a blank one");
         eprintln!("look at {}", png.display());
-        let script = "return page.documentElement.scrollWidth - page.documentElement.clientWidth;";
+        let script = r##"
+            const root = page.documentElement, dd = page.querySelector(".next dd"), code = dd.querySelector("code");
+            return [root.scrollWidth - root.clientWidth, Math.max(code.getBoundingClientRect().right - dd.getBoundingClientRect().right, 0)];"##;
         let harness = drive(folder.path(), &page, "", script);
         let sized = std::fs::read_to_string(&harness)
             .unwrap()
             .replace("width=\"1200\"", &format!("width=\"{width}\""));
         std::fs::write(&harness, sized).unwrap();
         let beyond = result(&visit(browser, &harness, "", 3000));
-        assert_eq!(beyond, 0, "nothing is wider than {width} pixels");
+        assert_eq!(
+            beyond,
+            serde_json::json!([0, 0]),
+            "page and command: nothing is wider than {width} pixels"
+        );
     }
 }

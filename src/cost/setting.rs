@@ -1,6 +1,6 @@
 //! What can be varied: the technique, the size, the passes, and every parameter.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::CostError;
 use super::point::Point;
@@ -144,6 +144,20 @@ pub fn full_key(key: &str) -> &str {
     found.map_or(key, |(_, full)| full)
 }
 
+/// The parameters that all points have in common that read them, of those that differ from their defaults.
+pub fn shared(points: &[Point]) -> BTreeMap<String, String> {
+    let values: BTreeSet<(&String, &String)> =
+        points.iter().flat_map(|point| &point.changed).collect();
+    let is_shared = |(key, value): &(&String, &String)| {
+        let mut readers = points.iter().filter(|point| reads(&point.technique, key));
+        readers.all(|point| point.changed.get(*key) == Some(*value))
+    };
+    let shared = values.into_iter().filter(is_shared);
+    shared
+        .map(|(key, value)| (key.clone(), value.clone()))
+        .collect()
+}
+
 /// Whether a technique's frames depend on a key. Path tracers, `path` and all `path-..`, read `path.*`; the others all but that. What is
 /// only shown, or only moves an observer, changes no frame.
 pub fn reads(technique: &str, key: &str) -> bool {
@@ -230,6 +244,30 @@ pub(super) mod tests {
             let error = setting().set(key, value).unwrap_err().to_string();
             assert!(error.contains(mend) && error.contains(value), "{error}");
         }
+    }
+
+    #[test]
+    fn parameters_are_shared_that_every_point_has_that_reads_them() {
+        let made = |technique: &str, changed: &[(&str, &str)]| {
+            let changed = changed.iter().map(|(k, v)| ((*k).into(), (*v).into()));
+            Point {
+                changed: changed.collect(),
+                ..super::super::point::tests::point(technique, 10.0, 0.1, 0.0)
+            }
+        };
+        let rays = ("direct.shadow_rays", "3");
+        let points = [
+            made("pm", &[rays, ("photon.depth_max", "6")]),
+            made("pm", &[rays, ("photon.depth_max", "3")]),
+            made("pm", &[rays]),
+            made("path", &[]),
+        ];
+        assert_eq!(
+            shared(&points),
+            BTreeMap::from([(rays.0.to_owned(), rays.1.to_owned())])
+        );
+        let without = [points[0].clone(), made("pm", &[])];
+        assert!(shared(&without).is_empty(), "the second has its default");
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The page of `macula cost`, filled from what was found.
 
+use std::collections::BTreeMap;
+
 use super::super::CliError;
 use crate::cost::fit;
 use crate::cost::judge::Judge;
@@ -8,12 +10,14 @@ use crate::cost::point::{Point, grouped};
 use crate::cost::reference::Origin;
 use crate::cost::resample::resample;
 use crate::cost::sentences::number;
+use crate::cost::setting;
 use crate::cost::store::Store;
 use crate::cost::table::{Budget, Comparison, Outcome};
 use crate::image::{LinearImage, png};
 use crate::metrics::ssim::luminance;
 use crate::report::cost::{self, CostPage, Crop, PlotPoint};
 use crate::report::{Fact, Picture};
+use crate::technique;
 
 /// What the mean luminance of the fovea is exposed to: middle grey.
 const DISPLAY_KEY: f64 = 0.18;
@@ -41,6 +45,7 @@ pub(super) fn of(
     let mut points: Vec<&Point> = outcome.points.iter().collect();
     points.sort_by(|a, b| a.frame_ms().total_cmp(&b.frame_ms()));
     let study = &outcome.study;
+    let shared = setting::shared(&outcome.points);
     let mut subtitle = vec![
         format!("scene {}", outcome.scene),
         format!(
@@ -64,7 +69,15 @@ pub(super) fn of(
             .collect(),
         next,
         warnings: outcome.warnings.clone(),
-        points: points.iter().map(|point| plotted(point, outcome)).collect(),
+        techniques: technique::REGISTRY
+            .iter()
+            .map(|entry| entry.name.into())
+            .collect(),
+        points: points
+            .iter()
+            .map(|point| plotted(point, outcome, &shared))
+            .collect(),
+        shared: listed(&shared, |_| true),
         budget_ms: outcome.budget.as_ref().map(|budget| budget.budget_ms),
         crops: crops(outcome, store, judge)?,
         comparisons: outcome.comparisons.iter().map(comparison).collect(),
@@ -76,15 +89,20 @@ fn is_chosen(point: &Point, budget: Option<&Budget>) -> bool {
     budget.is_some_and(|budget| budget.point == point.key)
 }
 
-fn plotted(point: &Point, outcome: &Outcome) -> PlotPoint {
-    let error = &point.error;
-    let fovea = error.fovea.unwrap_or_default();
+/// Parameters as text, but for the paths, which have a column of their own.
+fn listed(params: &BTreeMap<String, String>, is_wanted: impl Fn(&str) -> bool) -> String {
     let said = ["photon.count", "path.samples"];
-    let others = point.changed.iter();
-    let others: Vec<String> = others
-        .filter(|(key, _)| !said.contains(&key.as_str()))
+    let wanted = |key: &str| !said.contains(&key) && is_wanted(key);
+    let texts = params.iter().filter(|(key, _)| wanted(key));
+    let texts: Vec<String> = texts
         .map(|(key, value)| format!("{key} = {value}"))
         .collect();
+    texts.join(", ")
+}
+
+fn plotted(point: &Point, outcome: &Outcome, shared: &BTreeMap<String, String>) -> PlotPoint {
+    let error = &point.error;
+    let fovea = error.fovea.unwrap_or_default();
     PlotPoint {
         technique: point.technique.clone(),
         label: point.label(),
@@ -95,7 +113,7 @@ fn plotted(point: &Point, outcome: &Outcome) -> PlotPoint {
         },
         effort: point.effort,
         passes: point.passes,
-        others: others.join(", "),
+        others: listed(&point.changed, |key| !shared.contains_key(key)),
         ms: point.frame_ms(),
         quartiles_ms: [point.time.q25_ms, point.time.q75_ms],
         relmse_fovea: error.fovea.map(|_| point.relmse()),

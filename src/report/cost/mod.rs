@@ -23,8 +23,12 @@ pub struct CostPage {
     pub next: Vec<(String, String)>,
     /// Every warning that was given.
     pub warnings: Vec<String>,
+    /// Names of all techniques that there are, shown or not: a technique's colour and shape are those of its place here, on every page.
+    pub techniques: Vec<String>,
     /// The points, by rising time.
     pub points: Vec<PlotPoint>,
+    /// Parameters that differ from their defaults and are the same at all points that read them.
+    pub shared: String,
     /// The budget, milliseconds, where one was asked for.
     pub budget_ms: Option<f64>,
     /// Pictures of chosen points, the reference first.
@@ -50,7 +54,7 @@ pub struct PlotPoint {
     pub effort: u32,
     /// Passes of a frame.
     pub passes: u32,
-    /// What else differs from the defaults.
+    /// What else differs from the defaults, and is not the same at all points.
     pub others: String,
     /// Median time of a frame, milliseconds.
     pub ms: f64,
@@ -125,6 +129,7 @@ impl CostPage {
             "warnings" => tables::warnings(&self.warnings, out),
             "crops" => sections::crops(&self.crops, out),
             "comparisons" => sections::comparisons(&self.comparisons, out),
+            "shared" => sections::shared(&self.shared, out),
             "points" => sections::points(&self.points, out),
             "provenance" => tables::provenance(&self.facts, out),
             "style" => {
@@ -134,6 +139,7 @@ impl CostPage {
             "script" => out.write_all(include_str!("page.js").as_bytes()),
             "data" => {
                 let data = serde_json::json!({
+                    "techniques": self.techniques,
                     "points": self.points,
                     "budget_ms": self.budget_ms,
                 });
@@ -175,6 +181,8 @@ mod tests {
             sentences: vec![(hostile.into(), vec![hostile.into()])],
             next: vec![(hostile.into(), hostile.into())],
             warnings: vec![hostile.into()],
+            techniques: vec![hostile.into()],
+            shared: hostile.into(),
             points: vec![PlotPoint {
                 technique: hostile.into(),
                 label: hostile.into(),

@@ -1,6 +1,6 @@
 "use strict";
 (() => {
-  const { points, budget_ms } = JSON.parse(document.getElementById("cost-data").textContent);
+  const { techniques: known, points, budget_ms } = JSON.parse(document.getElementById("cost-data").textContent);
   const SVG = "http://www.w3.org/2000/svg";
   const byId = (id) => document.getElementById(id);
   /** An element with attributes; `text` is its text, never markup. */
@@ -18,14 +18,18 @@
   sortTables();
   if (points.length === 0) return;
 
-  const techniques = [...new Set(points.map((point) => point.technique))];
-  const color = (technique) => `var(--tech-${Math.min(techniques.indexOf(technique), 5)})`;
+  const present = new Set(points.map((point) => point.technique));
+  const techniques = known.filter((technique) => present.has(technique));
+  /** A place among all techniques there are, shown or not, so that each looks the same on every page; those beyond the sixth share one. */
+  const LAST_LOOK = 5;
+  const look = (technique) => Math.min(known.indexOf(technique), LAST_LOOK);
+  const color = (technique) => `var(--tech-${look(technique)})`;
   /** A shape of its own for each technique, so that colour is not needed. */
   const SHAPES = [
     "M-5 0a5 5 0 1 0 10 0a5 5 0 1 0 -10 0Z", "M-4.5 -4.5h9v9h-9Z", "M0 -6L5.5 4.5H-5.5Z",
     "M0 -6.5L6 0L0 6.5L-6 0Z", "M0 6L5.5 -4.5H-5.5Z", "M-5 -2h10v4h-10Z",
   ];
-  const shape = (technique) => SHAPES[Math.min(techniques.indexOf(technique), 5)];
+  const shape = (technique) => SHAPES[look(technique)];
   for (const technique of techniques) {
     const entry = make("span", { style: `--color: ${color(technique)}` });
     const icon = draw("svg", { viewBox: "-7 -7 14 14", "aria-hidden": "true" });

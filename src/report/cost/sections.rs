@@ -98,6 +98,18 @@ pub(super) fn comparisons(comparisons: &[Comparison], out: &mut impl Write) -> i
     Ok(())
 }
 
+/// What the points have in common.
+pub(super) fn shared(params: &str, out: &mut impl Write) -> io::Result<()> {
+    match params {
+        "" => Ok(()),
+        _ => write!(
+            out,
+            "<p class=\"reading params\">The same at all points: {}.</p>",
+            escape(params)
+        ),
+    }
+}
+
 /// All points; the script makes the heads sort.
 pub(super) fn points(points: &[PlotPoint], out: &mut impl Write) -> io::Result<()> {
     const HEADS: [&str; 12] = [
