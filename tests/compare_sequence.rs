@@ -330,7 +330,7 @@ fn bad_sequences_are_named_with_their_mend() {
     };
     for single in [file, flip] {
         let error = macula::cli::compare::judge_sequence(&single, LIMITS).unwrap_err();
-        assert!(error.is_usage, "{error:?}");
+        assert_eq!(error.exit_code, 2, "{error:?}");
     }
     judge(&whole, &whole).expect("a good pair is compared");
 }

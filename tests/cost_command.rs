@@ -343,7 +343,10 @@ fn a_budget_is_searched_confirmed_and_written_as_parameters_that_render_takes() 
         kept.complaint
     );
     let missed = check("0.001");
-    assert_eq!(missed.code, Some(1));
+    assert_eq!(
+        (missed.code, &missed.json()["is_met"]),
+        (Some(1), &false.into())
+    );
     assert!(
         missed.errors()[0].contains("--budget-ms"),
         "{}",

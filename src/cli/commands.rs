@@ -82,7 +82,7 @@ pub fn main() -> ExitCode {
                 eprintln!("  caused by: {link}");
                 cause = link.source();
             }
-            ExitCode::from(if error.is_usage { 2 } else { 1 })
+            ExitCode::from(error.exit_code)
         }
     }
 }

@@ -45,8 +45,8 @@ pub struct CliError {
     pub message: String,
     /// What caused it, printed under the line, link by link.
     pub cause: Option<Box<dyn Error + Send + Sync>>,
-    /// Whether the arguments were wrong (exit code 2) rather than the work (1).
-    pub is_usage: bool,
+    /// The exit code: 1 where the work failed, 2 where the arguments were wrong, 3 where a check could not tell.
+    pub exit_code: u8,
 }
 
 impl CliError {
@@ -55,7 +55,7 @@ impl CliError {
         Self {
             message: message.into(),
             cause: None,
-            is_usage: false,
+            exit_code: 1,
         }
     }
 
@@ -67,14 +67,22 @@ impl CliError {
         Self {
             message: message.into(),
             cause: Some(cause.into()),
-            is_usage: false,
+            exit_code: 1,
         }
     }
 
     /// The same error, because the arguments were wrong.
     pub fn in_arguments(self) -> Self {
         Self {
-            is_usage: true,
+            exit_code: 2,
+            ..self
+        }
+    }
+
+    /// The same error, because what was measured proves neither.
+    pub fn undecided(self) -> Self {
+        Self {
+            exit_code: 3,
             ..self
         }
     }
@@ -109,7 +117,7 @@ impl<E: Error> Error for SourceOf<E> {
     }
 }
 
-/// What a subcommand returns: nothing, or the error that makes exit code 1.
+/// What a subcommand returns: nothing, or the error that makes another exit code than 0.
 pub type CliResult = Result<(), CliError>;
 
 /// Options that every subcommand shares.

@@ -8,11 +8,13 @@
 //! 5. [`search`] looks for the best setting of a frame budget, on the knobs of [`ladder`]; [`level`] for equal errors and equal times.
 //! 6. [`fit`] finds the front and its power law, [`limit`] what stops a technique, [`noise`] what is chance; [`sentences`] says it in
 //!    words, [`table`] writes all of it for machines.
+//! 7. [`check`] tells whether one setting keeps a frame budget.
 //!
 //! An error is a mean over independent frames; it is split into the error of their mean (bias: more photons don't help) and the rest
 //! (variance: more photons do).
 
 pub mod campaign;
+pub mod check;
 pub mod fit;
 pub mod judge;
 pub mod ladder;

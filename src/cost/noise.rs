@@ -1,7 +1,7 @@
 //! What differences are told from chance: times scatter and machines drift, errors are means over a handful of frames.
 
 use super::campaign::Drift;
-use super::point::Point;
+use super::point::{FrameTime, Point};
 
 /// Standard errors from which two errors count as different: chance alone brings them about in one case of twenty.
 const STANDARD_ERRORS: f64 = 2.0;
@@ -16,7 +16,19 @@ pub struct TimeNoise {
 impl TimeNoise {
     /// The machine's drift, or the scatter of the median point's frames, whichever is larger.
     pub fn of(points: &[Point], drift: &Drift) -> Self {
-        let mut spreads: Vec<f64> = points.iter().map(|point| point.time.spread()).collect();
+        Self::of_spreads(points.iter().map(|point| point.time.spread()), drift)
+    }
+
+    /// The same of one setting that was timed again and again.
+    pub fn of_times(times: &[FrameTime]) -> Self {
+        let drift = Drift {
+            anchor_ms: times.iter().map(|time| time.median_ms).collect(),
+        };
+        Self::of_spreads(times.iter().map(FrameTime::spread), &drift)
+    }
+
+    fn of_spreads(spreads: impl Iterator<Item = f64>, drift: &Drift) -> Self {
+        let mut spreads: Vec<f64> = spreads.collect();
         spreads.sort_unstable_by(f64::total_cmp);
         let spread = spreads.get(spreads.len() / 2).copied().unwrap_or(0.0);
         Self {
