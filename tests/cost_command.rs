@@ -85,6 +85,54 @@ fn a_sweep_leaves_a_table_whose_first_columns_are_the_contract() {
 }
 
 #[test]
+fn a_sweep_tells_which_of_its_points_are_one_picture_because_the_radius_is_capped() {
+    let home = tempfile::tempdir().unwrap();
+    let told = |name: &str, sweep: &str| {
+        let done = cost(&home.path().join(name), sweep);
+        assert_eq!(done.code, Some(0), "{}", done.complaint);
+        let rows = rows(&home.path().join(name));
+        let errors = rows.iter().map(|row| row["mse_fovea"].clone()).collect();
+        let sentences = done.json()["sentences"].to_string();
+        (sentences.contains("make the same picture"), errors)
+    };
+    let of = |photons: u32| {
+        format!("--sweep photons={photons} --sweep gather.photons_per_estimate=40,160")
+    };
+    let (is_told, errors): (bool, Vec<String>) = told("few", &of(100));
+    assert!(is_told);
+    assert_eq!(errors.len(), 2, "what was asked for is measured");
+    let (is_told, errors) = told("many", &of(100_000));
+    assert!(!is_told);
+    assert_ne!(errors[0], errors[1]);
+}
+
+#[test]
+fn a_search_measures_no_setting_whose_like_it_knows() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    let searched = "--sweep technique=pm --sweep photons=500 --equal-time 400 --search-seconds 8";
+    assert_eq!(cost(&out, searched).code, Some(0));
+    let mut pictures: Vec<(String, String)> = rows(&out)
+        .iter()
+        .map(|row| {
+            let others = row["changed"].split(' ');
+            let others =
+                others.filter(|change| !change.starts_with("gather.photons_per_estimate="));
+            let others: Vec<&str> = others.collect();
+            (
+                format!("{} {}", row["size"], others.join(" ")),
+                row["radius_m"].clone(),
+            )
+        })
+        .collect();
+    assert!(pictures.len() > 3, "it searched: {pictures:?}");
+    let count = pictures.len();
+    pictures.sort();
+    pictures.dedup();
+    assert_eq!(pictures.len(), count, "{pictures:?}");
+}
+
+#[test]
 fn a_view_without_periphery_has_empty_columns() {
     let home = tempfile::tempdir().unwrap();
     let out = home.path().join("out");

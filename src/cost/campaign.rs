@@ -5,13 +5,14 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::CostError;
 use super::judge::Judge;
 use super::measure::Bench;
 use super::point::{Anchor, Point};
 use super::search::Trial;
 use super::setting::Setting;
 use super::store::Store;
+use super::{CostError, alike};
+use crate::technique::radius::RadiusRule;
 
 /// How often the anchor is timed again.
 const ANCHOR_PERIOD: Duration = Duration::from_secs(20);
@@ -101,6 +102,17 @@ impl<'a> Campaign<'a> {
         self.fresh_point(setting)
     }
 
+    /// The point of a setting, or one of this run that makes the same picture by the same work. `None` if it was interrupted.
+    ///
+    /// # Errors
+    /// [`CostError`].
+    pub fn point_alike(&mut self, setting: &Setting) -> Result<Option<Point>, CostError> {
+        match alike::find(&self.points, setting, &self.radius())? {
+            Some(known) => Ok(Some(known.clone())),
+            None => self.point(setting),
+        }
+    }
+
     /// The point of a setting, measured now whether it is known or not. `None` if it was interrupted.
     ///
     /// # Errors
@@ -152,6 +164,11 @@ impl<'a> Campaign<'a> {
             ms: point.frame_ms() * change,
             error: point.relmse(),
         })
+    }
+
+    /// What gather radii are derived from in the scene.
+    pub fn radius(&self) -> RadiusRule {
+        self.bench.radius()
     }
 
     /// Every point so far.

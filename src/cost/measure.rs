@@ -18,6 +18,7 @@ use crate::scene::Camera;
 use crate::scene::loaded::LoadedScene;
 use crate::still::Still;
 use crate::technique;
+use crate::technique::radius::RadiusRule;
 
 /// Changes whenever a point measured before could no longer stand beside one measured now.
 pub const MEASUREMENT_VERSION: u32 = 2;
@@ -130,6 +131,11 @@ impl Bench<'_> {
             times.push(frames.next()?);
         }
         Ok(FrameTime::of(&times))
+    }
+
+    /// What gather radii are derived from here.
+    pub fn radius(&self) -> RadiusRule {
+        RadiusRule::of(&self.scene.on_gpu)
     }
 
     fn frames(&self, setting: &Setting) -> Result<Frames<'_>, CostError> {

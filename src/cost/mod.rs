@@ -5,14 +5,16 @@
 //! 2. [`reference`](mod@reference) is the truth; [`judge`] measures frames against it, after [`resample`] has brought them to its size.
 //! 3. [`measure`] runs one setting: warm-up, timed frames, errors. The result is a [`point::Point`].
 //! 4. [`store`] keeps points on disk, so that none is measured twice; [`campaign`] is the run over many settings.
-//! 5. [`search`] looks for the best setting of a frame budget, on the knobs of [`ladder`]; [`level`] for equal errors and equal times.
-//! 6. [`fit`] finds the front and its power law, [`limit`] what stops a technique, [`noise`] what is chance; [`sentences`] says it in
+//! 5. [`alike`] tells settings that make the same picture, which need no two trials.
+//! 6. [`search`] looks for the best setting of a frame budget, on the knobs of [`ladder`]; [`level`] for equal errors and equal times.
+//! 7. [`fit`] finds the front and its power law, [`limit`] what stops a technique, [`noise`] what is chance; [`sentences`] says it in
 //!    words, [`table`] writes all of it for machines.
-//! 7. [`check`] tells whether one setting keeps a frame budget.
+//! 8. [`check`] tells whether one setting keeps a frame budget.
 //!
 //! An error is a mean over independent frames; it is split into the error of their mean (bias: more photons don't help) and the rest
 //! (variance: more photons do).
 
+pub mod alike;
 pub mod campaign;
 pub mod check;
 pub mod fit;

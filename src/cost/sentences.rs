@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::alike;
 use super::campaign::Drift;
 use super::fit::{self, PowerLaw};
 use super::level::{Goal, Level};
@@ -10,6 +11,7 @@ use super::noise::TimeNoise;
 use super::point::Point;
 use super::search::FILL_MIN;
 use super::table::{Budget, Comparison};
+use crate::technique::radius::RadiusRule;
 
 /// The share of a fit's scatter below which no price is told.
 const GOOD_FIT: f64 = 0.8;
@@ -27,12 +29,13 @@ pub struct Paragraph {
     pub sentences: Vec<String>,
 }
 
-/// Everything that is said; `comparisons` are of techniques at one level each.
+/// Everything that is said; `comparisons` are of techniques at one level each, `radius` tells which settings the scene makes one.
 pub fn all(
     points: &[Point],
     budget: Option<&Budget>,
     comparisons: &[Comparison],
     drift: &Drift,
+    radius: &RadiusRule,
 ) -> Vec<Paragraph> {
     let noise = TimeNoise::of(points, drift);
     let of_budget = budget.map_or(Vec::new(), |budget| {
@@ -52,7 +55,9 @@ pub fn all(
     let of_level = |comparison: &Comparison| of_levels(comparison.goal, &comparison.levels, noise);
     of_price.extend(comparisons.iter().map(of_level));
     let of_limits = fit::techniques(points).into_iter();
-    let of_limits = of_limits.filter_map(|technique| limit::sentence(technique, points, noise));
+    let of_limits =
+        of_limits.filter_map(|technique| limit::sentence(technique, points, noise, radius));
+    let of_limits = of_limits.chain(alike::sentence(points, radius));
     [
         ("The budget", of_budget),
         ("What accuracy costs", of_price),
@@ -358,6 +363,7 @@ pub fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::alike::tests::ROOM;
     use super::super::point::tests::point;
     use super::*;
 
@@ -382,7 +388,7 @@ mod tests {
             anchor_ms: vec![10.0, 24.3],
         };
         assert!(title("a room", &points, None, &unsteady).contains("unsteady"));
-        let warned = &all(&points, None, &[], &unsteady)[0].sentences;
+        let warned = &all(&points, None, &[], &unsteady, &ROOM)[0].sentences;
         assert!(warned.last().unwrap().contains("143 %"), "{warned:?}");
         assert!(title("a room", &scattered, None, &steady).starts_with("3.1 times the time buys"));
     }

@@ -23,10 +23,11 @@ use crate::cost::search::{self, Trial};
 use crate::cost::setting::Setting;
 use crate::cost::store::{Store, Study};
 use crate::cost::table::{self, Budget, Comparison, Machine, Outcome};
-use crate::cost::{CostError, fit, sentences};
+use crate::cost::{CostError, alike, fit, sentences};
 use crate::gpu::GpuDevice;
 use crate::scene::Scene;
 use crate::scene::loaded::LoadedScene;
+use crate::technique::radius::RadiusRule;
 
 /// The whole command, but for `--check-budget`.
 pub(super) fn run(
@@ -86,6 +87,7 @@ pub(super) fn run(
         origin,
         machine(&gpu),
         is_complete,
+        &bench.radius(),
     );
     record.warnings.extend(outcome.warnings.clone());
     if outcome.points.is_empty() {
@@ -213,7 +215,7 @@ fn equal_error(
     for technique in fit::techniques(&points) {
         let mut measure = |setting: &Setting| {
             progress.borrow().advance(1);
-            campaign.point(setting)
+            campaign.point_alike(setting)
         };
         if !level::approach(technique, &points, relmse, &mut measure)? {
             return Ok(false);
@@ -285,14 +287,16 @@ fn choose(
     let Some(mut chosen) = chosen else {
         return Ok(None);
     };
+    let radius = campaign.radius();
     let mut challenged = vec![chosen.setting.clone()];
     for _ in 0..MAX_CHALLENGERS {
         let known = campaign.points().iter();
         let known = known.map(|point| campaign.trial(point));
         let known: Vec<Trial> = known.collect::<Result<_, _>>()?;
-        let fresh = known
-            .into_iter()
-            .filter(|trial| !challenged.contains(&trial.setting));
+        let fresh = known.into_iter().filter(|trial| {
+            let is_known = |known| alike::make_one_picture(known, &trial.setting, &radius);
+            !challenged.iter().any(is_known)
+        });
         let Some(challenger) = search::challenger(&chosen, fresh, budget_ms) else {
             break;
         };
@@ -307,15 +311,20 @@ fn choose(
     campaign.point(&chosen.setting)
 }
 
-/// The trial of a setting, from the store or measured. `None` if it was interrupted.
+/// The trial of a setting, from the store, from its like or measured. `None` if it was interrupted.
 fn try_known(
     campaign: &mut Campaign<'_>,
     setting: &Setting,
     progress: &RefCell<Progress>,
 ) -> Result<Option<Trial>, CostError> {
     progress.borrow().advance(1);
-    let point = campaign.point(setting)?;
-    point.map(|point| campaign.trial(&point)).transpose()
+    let Some(point) = campaign.point_alike(setting)? else {
+        return Ok(None);
+    };
+    Ok(Some(Trial {
+        setting: setting.clone(),
+        ..campaign.trial(&point)?
+    }))
 }
 
 /// The trial of a setting, measured now. `None` if it was interrupted.
@@ -361,6 +370,7 @@ fn outcome(
     reference: Origin,
     machine: Machine,
     complete: bool,
+    radius: &RadiusRule,
 ) -> Outcome {
     let Findings {
         points,
@@ -376,7 +386,7 @@ fn outcome(
     }
     Outcome {
         title: sentences::title(&scene.name, &points, budget.as_ref(), &drift),
-        sentences: sentences::all(&points, budget.as_ref(), &found.comparisons, &drift),
+        sentences: sentences::all(&points, budget.as_ref(), &found.comparisons, &drift, radius),
         scene: scene.name.clone(),
         study,
         reference,
