@@ -12,10 +12,10 @@ use crate::scene::loaded::LoadedScene;
 use crate::still::Still;
 use crate::technique::TechniqueEntry;
 
-/// Pairs of frames that suffice where all agree about which frame is slower: by chance alone they do once in 16 times.
-const AGREEING_PAIRS: usize = 5;
-/// Most pairs. With one that disagrees among these a difference is told; chance alone brings that about once in 50 times.
-const PAIRS_MAX: usize = 9;
+/// Pairs of frames that suffice where all agree about which frame is slower: by chance alone they do once in 64 times.
+const AGREEING_PAIRS: usize = 7;
+/// Most pairs. With one that disagrees among these a difference is told; chance alone brings that about once in 150 times.
+const PAIRS_MAX: usize = 11;
 /// Pairs that say either way when a difference is given up.
 const DISAGREEING_PAIRS: usize = 2;
 
@@ -307,21 +307,21 @@ mod tests {
     fn pairs_are_taken_until_they_agree_or_clearly_do_not() {
         let verdict = |differences_ms: &[f64]| Verdict::of(&pairs_of(differences_ms));
         assert_eq!(verdict(&[]), Verdict::Open);
-        assert_eq!(verdict(&[3.0; 4]), Verdict::Open);
-        assert_eq!(verdict(&[3.0; 5]), Verdict::Told);
-        assert_eq!(verdict(&[-3.0; 5]), Verdict::Told);
+        assert_eq!(verdict(&[3.0; 6]), Verdict::Open);
+        assert_eq!(verdict(&[3.0; 7]), Verdict::Told);
+        assert_eq!(verdict(&[-3.0; 7]), Verdict::Told);
         assert_eq!(verdict(&[3.0, -1.0, 2.0, -2.0]), Verdict::NotTold);
-        let one_disagrees = [3.0, -1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0];
-        assert_eq!(verdict(&one_disagrees[..8]), Verdict::Open);
+        let one_disagrees = [3.0, -1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0];
+        assert_eq!(verdict(&one_disagrees[..10]), Verdict::Open);
         assert_eq!(verdict(&one_disagrees), Verdict::Told);
     }
 
     #[test]
     fn a_cost_is_what_the_frame_with_the_effect_takes_longer() {
-        let pairs = pairs_of(&[10.0, 12.0, 11.0, 30.0, 9.0]);
+        let pairs = pairs_of(&[10.0, 12.0, 11.0, 30.0, 9.0, 11.0, 11.0]);
         let on = TimeCost::of(&pairs, true);
-        assert_eq!((on.pairs, on.is_told, on.ms), (5, true, 11.0));
-        assert_eq!((on.ms_quartiles, on.share), ([10.0, 12.0], 0.11));
+        assert_eq!((on.pairs, on.is_told, on.ms), (7, true, 11.0));
+        assert_eq!((on.ms_quartiles, on.share), ([11.0, 12.0], 0.11));
         assert_eq!(TimeCost::of(&pairs, false).ms, -11.0);
     }
 }

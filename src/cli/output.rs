@@ -112,12 +112,20 @@ impl OutputDir {
         }
         if !exists(&partial)? {
             create_parents(target)?;
-            fs::create_dir(&partial).map_err(failed("create the folder", &partial))?;
+            // Under a name of its own until all is there, so that a copy that was cut short is not taken for the whole.
+            let copying = with_suffix(target, ".copying")?;
+            if exists(&copying)? {
+                check_folder_is_ours(&copying)?;
+                fs::remove_dir_all(&copying).map_err(failed("remove", &copying))?;
+            }
+            fs::create_dir(&copying).map_err(failed("create the folder", &copying))?;
+            record.write(&copying, false)?;
             if exists(target)? {
                 for name in carried {
-                    copy(&target.join(name), &partial.join(name))?;
+                    copy(&target.join(name), &copying.join(name))?;
                 }
             }
+            fs::rename(&copying, &partial).map_err(failed("rename to", &partial))?;
         }
         record.write(&output.partial, false)?;
         Ok(output)

@@ -30,8 +30,6 @@ pub struct Campaign<'a> {
     anchor: Setting,
     anchored: Option<Instant>,
     drift: Drift,
-    /// The anchor's times of earlier runs, by the points that were measured after them.
-    recalled_ms: Vec<f64>,
 }
 
 /// What a campaign found.
@@ -48,7 +46,7 @@ pub struct Findings {
 /// How steady the machine was: one setting, timed through the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Drift {
-    /// Median frame times of the anchor, milliseconds, in the order of the points.
+    /// Median frame times of the anchor, milliseconds, in the order of time; those of earlier runs in the folder too.
     pub anchor_ms: Vec<f64>,
 }
 
@@ -62,26 +60,30 @@ impl Drift {
 }
 
 impl<'a> Campaign<'a> {
-    /// A run that has found nothing yet.
+    /// A run that has found nothing yet, but knows how fast the machine was in earlier ones.
+    ///
+    /// # Errors
+    /// [`CostError::Store`].
     pub fn new(
         bench: &'a Bench<'a>,
         judge: &'a Judge,
         store: &'a Store,
         anchor: Setting,
         tell: &'a mut dyn FnMut(&Setting),
-    ) -> Self {
-        Self {
+    ) -> Result<Self, CostError> {
+        let anchor = anchor.normalised();
+        let anchor_ms = store.anchor_ms(&store.key(&anchor))?;
+        Ok(Self {
             bench,
             judge,
             store,
             tell,
             points: Vec::new(),
             reused: 0,
-            anchor: anchor.normalised(),
+            anchor,
             anchored: None,
-            drift: Drift::default(),
-            recalled_ms: Vec::new(),
-        }
+            drift: Drift { anchor_ms },
+        })
     }
 
     /// The point of a setting, from the store or measured. `None` if it was interrupted.
@@ -95,7 +97,6 @@ impl<'a> Campaign<'a> {
         }
         if let Some(point) = self.store.find(&key)? {
             self.reused += 1;
-            self.recall_anchor(&point);
             self.points.push(point.clone());
             return Ok(Some(point));
         }
@@ -184,24 +185,11 @@ impl<'a> Campaign<'a> {
         if self.anchored.is_some() {
             self.time_anchor()?;
         }
-        let mut anchor_ms = self.recalled_ms;
-        anchor_ms.extend(self.drift.anchor_ms);
         Ok(Findings {
             points: self.points,
             reused: self.reused,
-            drift: Drift { anchor_ms },
+            drift: self.drift,
         })
-    }
-
-    /// Takes the anchor's time of an earlier run over from a point; points that follow one timing share it.
-    fn recall_anchor(&mut self, point: &Point) {
-        let anchor = point.anchor.as_ref();
-        let anchor = anchor.filter(|anchor| anchor.key == self.store.key(&self.anchor));
-        let known = self.recalled_ms.last().copied();
-        let fresh = anchor
-            .map(|anchor| anchor.ms)
-            .filter(|ms| Some(*ms) != known);
-        self.recalled_ms.extend(fresh);
     }
 
     /// Times the anchor; an interrupted run times nothing more.
@@ -209,7 +197,8 @@ impl<'a> Campaign<'a> {
         let time = self.bench.time(&self.anchor)?;
         self.drift.anchor_ms.extend(time.map(|time| time.median_ms));
         self.anchored = Some(Instant::now());
-        Ok(())
+        let key = self.store.key(&self.anchor);
+        self.store.keep_anchor_ms(&key, &self.drift.anchor_ms)
     }
 }
 

@@ -65,8 +65,8 @@ pub fn sentence(
         }
         Some(Step::IsChance) => {
             return Some(format!(
-                "{subject}: whether more {paths} pay can't be told from chance; {last_step}. Points of more frames (--point-seconds) \
-                 on a machine at rest would tell."
+                "{subject}: whether more {paths} pay can't be told from chance; {last_step}. Points of more frames (--point-seconds, \
+                 in a folder of their own) on a machine at rest would tell."
             ));
         }
         Some(Step::DoesNotPay) | None => {}

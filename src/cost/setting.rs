@@ -6,18 +6,21 @@ use super::CostError;
 use super::point::Point;
 use crate::image::ImageSize;
 use crate::params::{self, Params};
-use crate::technique;
+use crate::technique::{self, TechniqueEntry};
+
+/// Key of the picture's size.
+pub const SIZE: &str = "size";
 
 /// Short names of what is varied most, and what they stand for.
 pub const SHORT_NAMES: &[(&str, &str)] = &[
     ("photons", "photon.count"),
     ("radius", "gather.radius_m"),
     ("depth", "photon.depth_max"),
-    ("resolution", "size"),
+    ("resolution", SIZE),
 ];
 
 /// What is varied besides parameters.
-const OTHERS: [&str; 3] = ["technique", "size", "passes"];
+const OTHERS: [&str; 3] = ["technique", SIZE, "passes"];
 
 /// One way to make a frame: the picture of one eye, `passes` passes of a technique.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,7 +72,7 @@ impl Setting {
                     .find(|name| *name == value)
                     .ok_or_else(|| bad("technique", format!("there are {}", names())))?;
             }
-            "size" => self.size = value.parse().map_err(|expected| bad("size", expected))?,
+            SIZE => self.size = value.parse().map_err(|expected| bad(SIZE, expected))?,
             "passes" => {
                 let passes = value.parse().ok().filter(|passes| *passes > 0);
                 self.passes = passes.ok_or_else(|| bad("passes", "1 or more are taken".into()))?;
@@ -86,7 +89,7 @@ impl Setting {
     pub fn get(&self, key: &str) -> Option<String> {
         match full_key(key) {
             "technique" => Some(self.technique.into()),
-            "size" => Some(self.size.to_string()),
+            SIZE => Some(self.size.to_string()),
             "passes" => Some(self.passes.to_string()),
             key => {
                 let values = self.params.values();
@@ -126,7 +129,7 @@ impl Setting {
 
     /// The key that buys accuracy for time without a bend: how many paths a frame traces.
     pub fn effort_key(&self) -> &'static str {
-        effort_key(self.technique)
+        technique::find(self.technique).map_or("photon.count", |entry| entry.effort)
     }
 
     /// The value of [`Setting::effort_key`].
@@ -158,28 +161,12 @@ pub fn shared(points: &[Point]) -> BTreeMap<String, String> {
         .collect()
 }
 
-/// Whether a technique's frames depend on a key. Path tracers, `path` and all `path-..`, read `path.*`; the others all but that. What is
-/// only shown, or only moves an observer, changes no frame.
+/// Whether a technique's frames depend on a key; those of an unknown one may depend on any.
 pub fn reads(technique: &str, key: &str) -> bool {
     let room = key.split('.').next().unwrap_or(key);
-    match room {
-        "technique" | "size" | "passes" | "random" => true,
-        "viewer" | "gaze" | "display" => false,
-        "path" => traces_paths(technique),
-        _ => technique != "path",
-    }
-}
-
-fn traces_paths(technique: &str) -> bool {
-    technique == "path" || technique.starts_with("path-")
-}
-
-fn effort_key(technique: &str) -> &'static str {
-    if traces_paths(technique) {
-        "path.samples"
-    } else {
-        "photon.count"
-    }
+    let is_read = |entry: &TechniqueEntry| entry.rooms.contains(&room);
+    matches!(room, "technique" | SIZE | "passes" | "random")
+        || technique::find(technique).is_none_or(is_read)
 }
 
 fn unknown(key: &str) -> CostError {

@@ -16,6 +16,8 @@ use crate::image::{ImageSize, LinearImage, exr};
 const STUDY_FILE: &str = "study.json";
 /// Name of the file of the setting that was chosen for a budget.
 pub const BEST_FILE: &str = "best.toml";
+/// Name of the file of the anchor's times.
+const ANCHOR_FILE: &str = "anchor.json";
 /// Name of the folder of points.
 const POINTS_FOLDER: &str = "points";
 
@@ -86,6 +88,15 @@ impl Study {
     }
 }
 
+/// How fast the machine was through the runs in one folder.
+#[derive(Serialize, Deserialize)]
+struct AnchorTimes {
+    /// Key of the setting that was timed.
+    key: String,
+    /// Median times of its frames, milliseconds, in the order of time.
+    ms: Vec<f64>,
+}
+
 /// The points of one folder.
 #[derive(Debug)]
 pub struct Store {
@@ -118,8 +129,9 @@ impl Store {
     }
 
     /// What is carried over when a finished folder goes on: everything that [`Store::open`] and a reference need, and what was chosen.
-    pub const CARRIED: [&str; 6] = [
+    pub const CARRIED: [&str; 7] = [
         STUDY_FILE,
+        ANCHOR_FILE,
         BEST_FILE,
         POINTS_FOLDER,
         reference::PICTURE_FILE,
@@ -162,9 +174,36 @@ impl Store {
     /// # Errors
     /// [`CostError`]: the place can't be written.
     pub fn keep(&self, point: &Point, frame: &LinearImage) -> Result<(), CostError> {
-        // The frame first: a point that is there is whole.
-        exr::write(&self.path(&point.key, "exr"), frame)?;
+        // The frame first, and under another name until it is whole: so is a point that is there.
+        let (path, partial) = (
+            self.path(&point.key, "exr"),
+            self.path(&point.key, "partial"),
+        );
+        exr::write(&partial, frame)?;
+        fs::rename(&partial, &path).map_err(store_error("write", &path))?;
         write_json(&self.path(&point.key, "json"), point)
+    }
+
+    /// How long the frames of the setting of that key took, milliseconds, each time that it was timed as the anchor.
+    ///
+    /// # Errors
+    /// [`CostError::Store`].
+    pub fn anchor_ms(&self, key: &str) -> Result<Vec<f64>, CostError> {
+        let known: Option<AnchorTimes> = read_json(&self.folder.join(ANCHOR_FILE))?;
+        let known = known.filter(|times| times.key == key);
+        Ok(known.map_or(Vec::new(), |times| times.ms))
+    }
+
+    /// Keeps all times of an anchor.
+    ///
+    /// # Errors
+    /// [`CostError::Store`]: the place can't be written.
+    pub fn keep_anchor_ms(&self, key: &str, ms: &[f64]) -> Result<(), CostError> {
+        let times = AnchorTimes {
+            key: key.into(),
+            ms: ms.into(),
+        };
+        write_json(&self.folder.join(ANCHOR_FILE), &times)
     }
 
     /// The frame of a point.

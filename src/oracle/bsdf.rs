@@ -12,9 +12,16 @@ use glam::{DMat3, DVec3};
 use super::random::Random;
 use crate::scene::SMOOTH_ALPHA;
 
-/// GGX alpha below which a lobe is sharp: where it sends on what comes from a lamp without extent, it does so into few directions, which
-/// paths from a wide lobe seldom take.
-pub const SHARP_ALPHA: f64 = 0.2;
+/// Spread (GGX alpha, or the part of it that refraction leaves) below which lobes are sharp: what comes from a lamp without extent they send
+/// on into few directions, which paths from a wide lobe seldom take.
+const SHARP_SPREAD: f64 = 0.2;
+
+/// Whether a material's lobes are sharp, `ior` being that of its solid, if it is one. A facet turns what it refracts by as much less as the
+/// index is near 1; the same from either side, as both are one surface to light that goes through.
+pub fn is_sharp(alpha: f64, ior: Option<f64>) -> bool {
+    let turned = ior.map_or(1.0, |ior| (ior.max(ior.recip()) - 1.0).min(1.0));
+    alpha * turned < SHARP_SPREAD
+}
 
 /// Fresnel reflectance by Schlick's formula, from normal incidence to grazing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +46,7 @@ pub struct Interface {
     pub tint: DVec3,
     /// Refractive index of the far side over the near side.
     pub ior: f64,
-    /// Two boundaries with nothing between: light goes straight on.
+    /// Light goes straight on: two boundaries with nothing between, or one that does not change the index.
     pub is_thin: bool,
 }
 
@@ -136,7 +143,12 @@ impl Bsdf {
 
     /// Whether some of the light goes in wide lobes, as [`Bsdf::evaluate_wide`] has it.
     pub fn is_wide(&self) -> bool {
-        self.albedo.max_element() > 0.0 || (self.alpha >= SHARP_ALPHA && self.reflects())
+        self.albedo.max_element() > 0.0 || (!self.is_sharp() && self.reflects())
+    }
+
+    fn is_sharp(&self) -> bool {
+        let solid = self.interface.filter(|interface| !interface.is_thin);
+        is_sharp(self.alpha, solid.map(|interface| interface.ior))
     }
 
     fn reflects(&self) -> bool {
@@ -203,7 +215,7 @@ impl Bsdf {
 
     /// The share of [`Bsdf::evaluate`] that wide lobes have: the Lambert part, and microfacets unless they are sharp.
     pub fn evaluate_wide(&self, n: DVec3, wo: DVec3, wi: DVec3) -> DVec3 {
-        if self.alpha >= SHARP_ALPHA {
+        if !self.is_sharp() {
             self.evaluate(n, wo, wi)
         } else if n.dot(wo) > 0.0 && n.dot(wi) > 0.0 {
             self.lambert(n, wo, wi)
@@ -219,7 +231,11 @@ impl Bsdf {
         }
         let all = self.evaluate(n, wo, sample.wi);
         let wide = self.evaluate_wide(n, wo, sample.wi);
-        let wide_chance = luminance(wide) / luminance(all);
+        // Beyond total reflection all may be nothing.
+        let wide_chance = match luminance(all) {
+            0.0 => 0.0,
+            all => luminance(wide) / all,
+        };
         if wide_chance <= 0.0 || wide_chance >= 1.0 {
             return (sample, wide_chance > 0.0);
         }
@@ -253,7 +269,9 @@ impl Bsdf {
             return 1.0;
         };
         let reflected = fresnel(cos_h, interface.ior);
-        reflected / (reflected + (1.0 - reflected) * luminance(interface.tint))
+        let all = reflected + (1.0 - reflected) * luminance(interface.tint);
+        // Black glass of index 1 does neither.
+        if all > 0.0 { reflected / all } else { 1.0 }
     }
 
     /// Density of [`Bsdf::sample`] without its single directions, 1/sr.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::bsdf::{Bsdf, Interface, SHARP_ALPHA, Schlick};
+use super::bsdf::{Bsdf, Interface, Schlick, is_sharp};
 use super::geometry::Surface;
 use crate::scene::{Material, Scene, Texture, TextureRef, Wrap};
 
@@ -111,7 +111,7 @@ pub(super) fn bsdf(scene: &Scene, surface: &Surface) -> Bsdf {
         } else {
             1.0 / ior
         },
-        is_thin: !material.is_solid,
+        is_thin: !material.is_solid || ior == 1.0,
     });
     Bsdf {
         albedo: dielectric * (1.0 - transmission),
@@ -130,8 +130,9 @@ pub(super) fn may_focus(material: &Material) -> bool {
     let reflects = material.metallic > 0.0 || material.specular_factor > 0.0;
     let transmits = material.transmission > 0.0;
     // A texture makes a lobe sharper only.
+    let solid_ior = (transmits && material.is_solid).then_some(f64::from(material.ior));
     let may_be_sharp = material.metallic_roughness_texture.is_some()
-        || f64::from(material.roughness).powi(2) < SHARP_ALPHA;
+        || is_sharp(f64::from(material.roughness).powi(2), solid_ior);
     // A thin wall passes light straight on, however rough it is.
     (transmits && !material.is_solid) || (may_be_sharp && (reflects || transmits))
 }

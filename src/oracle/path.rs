@@ -223,8 +223,8 @@ impl<'a> Oracle<'a> {
                 density,
             });
             if depth >= SURE_SURFACES {
-                let survival = (throughput.max_element() * squeeze).min(0.95);
-                // Written so that a survival that is not a number ends the path.
+                let survival = (throughput.max_element() * squeeze).clamp(0.0, 0.95);
+                // Written so that a survival that is not a number, which clamping keeps, ends the path.
                 let survives = random.uniform() < survival;
                 if !survives {
                     break;

@@ -62,6 +62,10 @@ impl PunctualKind {
     }
 }
 
+/// The strongest that a light or an emissive surface may be, in its unit: what is summed over lights and solid angles stays within single
+/// precision (3e38).
+pub(super) const STRONGEST: f32 = 1e30;
+
 impl PunctualLight {
     /// Reads the light of a node, at its default place; `None` (with a warning) if its numbers mean nothing.
     pub(super) fn read(
@@ -72,9 +76,10 @@ impl PunctualLight {
     ) -> Option<Self> {
         let name = display_name("light", light.name(), light.index());
         let intensity = Vec3::from_array(light.color()) * light.intensity();
-        if !intensity.is_finite() || intensity.cmplt(Vec3::ZERO).any() {
+        let is_sensible = Vec3::ZERO.cmple(intensity) & intensity.cmple(Vec3::splat(STRONGEST));
+        if !is_sensible.all() {
             warnings.push(format!(
-                "{name} has a negative or infinite intensity; it is left out"
+                "{name} has an intensity that is negative or above {STRONGEST:e}; it is left out"
             ));
             return None;
         }

@@ -4,6 +4,7 @@ use glam::{Vec3, Vec4};
 use gltf::material::AlphaMode;
 
 use super::error::SceneProblem;
+use super::light::STRONGEST;
 use super::node::display_name;
 use super::texture::{TextureRef, TextureTable};
 use super::warnings::Warnings;
@@ -170,7 +171,9 @@ impl Reader<'_> {
             metallic: self.share("metallicFactor", pbr.metallic_factor())?,
             roughness: self.share("roughnessFactor", pbr.roughness_factor())?,
             metallic_roughness_texture,
-            emission_w_per_m2_sr: self.not_negative("emission", emission)?,
+            emission_w_per_m2_sr: self
+                .not_negative("emission", emission)?
+                .min(Vec3::splat(STRONGEST)),
             emission_texture,
             ior: self.ior(json.ior().unwrap_or(1.5))?,
             specular_factor: match &specular {

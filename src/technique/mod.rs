@@ -94,6 +94,14 @@ pub struct TechniqueEntry {
     pub name: &'static str,
     /// One line for help and reports.
     pub about: &'static str,
+    /// Rooms of parameters that change its frames, besides the random numbers.
+    pub rooms: &'static [&'static str],
+    /// Key of the parameter that buys accuracy for time without a bend: how many paths a frame traces.
+    pub effort: &'static str,
+    /// Whether it stores photons.
+    pub has_photons: bool,
+    /// Whether it finds lights without photons: by shadow rays, or by paths.
+    pub has_direct_light: bool,
     /// The passes of a frame with these effects as the timings name them, in order.
     pub passes: fn(&Effects) -> Vec<&'static str>,
     /// Prepares it for a scene and an image size.
@@ -103,23 +111,38 @@ pub struct TechniqueEntry {
 /// Prepares a technique for a scene and images of one size.
 pub type StartTechnique = for<'s> fn(&Start<'s, '_>) -> Result<Box<dyn Technique + 's>, GpuError>;
 
+/// What photon mapping reads.
+const PHOTON_ROOMS: &[&str] = &["photon", "gather", "direct", "eye", "fovea", "effects"];
+
 /// Every technique there is. A new one joins by its line.
 pub const REGISTRY: &[TechniqueEntry] = &[
     TechniqueEntry {
         name: "pm-direct",
         about: "photon mapping, direct light by shadow rays",
+        rooms: PHOTON_ROOMS,
+        effort: "photon.count",
+        has_photons: true,
+        has_direct_light: true,
         passes: |effects| pm::Plan::of(pm::DirectLight::ShadowRays, effects).passes(),
         start: |start| pm::PhotonMapping::start(start, pm::DirectLight::ShadowRays),
     },
     TechniqueEntry {
         name: "pm",
         about: "photon mapping, all light from photon density, as in the papers",
+        rooms: PHOTON_ROOMS,
+        effort: "photon.count",
+        has_photons: true,
+        has_direct_light: false,
         passes: |effects| pm::Plan::of(pm::DirectLight::Photons, effects).passes(),
         start: |start| pm::PhotonMapping::start(start, pm::DirectLight::Photons),
     },
     TechniqueEntry {
         name: "path",
         about: "the oracle: path tracing in f64 on the host, slow and right",
+        rooms: &["path"],
+        effort: "path.samples",
+        has_photons: false,
+        has_direct_light: true,
         passes: |_| path::PASSES.to_vec(),
         start: path::PathTracing::start,
     },

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::maker::{Stage, glowing, lambert};
 use crate::runner::{Case, Control, Expected, hold};
-use crate::stages::{LAMP_M, above, floor, furnace};
+use crate::stages::{LAMP_M, above, floor, floor_mean, furnace, glass};
 
 /// A lamp beside the floor's middle, whose light meets a pane between them at a slant.
 const SLANTED_LAMP_M: Vec3 = Vec3::new(1.8, 1.4, 0.0);
@@ -54,6 +54,29 @@ fn moving_lamp(is_mirrored: bool) -> Scene {
     stage.load()
 }
 
+/// A solid pane between lamp and floor, rough but so thin in matter that it turns light by next to nothing, and the eye under it.
+fn floor_behind_solid(ior: f32) -> Scene {
+    let mut pane = glass(ior);
+    pane["pbrMetallicRoughness"]["roughnessFactor"] = json!(0.5);
+    floor(Stage::new(0.9 * Vec3::Y, Vec3::ZERO))
+        .cuboid(Vec3::Y, Vec3::new(1.9, 0.02, 1.9), pane)
+        .point_light(LAMP_M, 5.0)
+        .load()
+}
+
+/// A block of a transmissive material on a floor beside a lamp.
+fn block(transmission: f32, ior: f32, base_color: f32) -> Scene {
+    let mut material = glass(ior);
+    material["pbrMetallicRoughness"]["baseColorFactor"] =
+        json!([base_color, base_color, base_color, 1.0]);
+    material["extensions"]["KHR_materials_transmission"]["transmissionFactor"] =
+        json!(transmission);
+    floor(above())
+        .cuboid(Vec3::new(-0.2, 0.3, 0.0), Vec3::splat(0.25), material)
+        .point_light(LAMP_M, 5.0)
+        .load()
+}
+
 /// A cube in the furnace of a transmissive material.
 fn cube(metallic: f32, roughness: f32, transmission: f32, ior: f32) -> Scene {
     let material = json!({
@@ -78,6 +101,13 @@ pub fn cases() -> Vec<Case> {
             .set("eye.chain_max", "64")
             .control(Control::Brighter(1.4))
     };
+    // As if there were no pane.
+    let plain = |name, scene: Scene| {
+        let mean = floor_mean(&scene, &[(LAMP_M, 5.0)]);
+        Case::new(name, scene, Expected::Mean(mean))
+            .set("photon.count", "16000")
+            .control(Control::Brighter(1.4))
+    };
     let same_lamp = Box::new(moving_lamp(false));
     vec![
         case(
@@ -93,6 +123,17 @@ pub fn cases() -> Vec<Case> {
             "a slanted lamp behind a rough thin pane",
             floor_behind(thin_pane(1.0), SLANTED_LAMP_M),
         ),
+        plain(
+            "a lamp behind a rough pane of index 1",
+            floor_behind_solid(1.0),
+        ),
+        plain(
+            "a lamp behind a rough pane of index 1.01",
+            floor_behind_solid(1.01),
+        ),
+        // Light that is scattered inside meets its faces beyond the critical angle.
+        case("milk glass beside a lamp", block(0.5, 1.5, 0.8)),
+        case("black glass of index 1 beside a lamp", block(1.0, 1.0, 0.0)),
         Case::new(
             "a one-sided lamp that moves and is mirrored",
             moving_lamp(true),

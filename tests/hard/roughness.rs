@@ -17,8 +17,11 @@ pub fn cases() -> Vec<Case> {
             .set("photon.count", "16000")
             .control(Control::Brighter(1.25))
     };
-    let mut frosted = glass(1.5);
-    frosted["pbrMetallicRoughness"]["roughnessFactor"] = json!(1.0);
+    let frosted = |ior| {
+        let mut frosted = glass(ior);
+        frosted["pbrMetallicRoughness"]["roughnessFactor"] = json!(1.0);
+        frosted
+    };
     vec![
         case("a mirror", metal(0.0), Expected::Mean(FURNACE)),
         // GGX alpha is roughness squared: 9.6e-4 and 1.02e-3, where a lobe below 1e-3 counts as a mirror.
@@ -39,7 +42,12 @@ pub fn cases() -> Vec<Case> {
         case("a metal of roughness 1", metal(1.0), Expected::Oracle),
         case("a smooth coat", coated(0.0), Expected::Oracle),
         case("a coat of roughness 1", coated(1.0), Expected::Oracle),
-        case("glass of roughness 1", frosted, Expected::Oracle),
+        case("glass of roughness 1", frosted(1.5), Expected::Oracle),
+        case(
+            "glass of roughness 1 and index 1",
+            frosted(1.0),
+            Expected::Oracle,
+        ),
     ]
 }
 

@@ -6,9 +6,8 @@
 
 use macula::image::LinearImage;
 use macula::scene::Scene;
-use macula::scene::effects::Effects;
 use macula::scene::loaded::LoadedScene;
-use macula::technique::{REGISTRY, Statistics, TechniqueEntry};
+use macula::technique::{self, REGISTRY, Statistics, TechniqueEntry};
 
 use crate::energy_bound::radiance_bound_w_m2_sr;
 use crate::maker::{Recipe, gpu, mean};
@@ -25,24 +24,6 @@ pub fn techniques() -> Vec<&'static TechniqueEntry> {
     let mut entries: Vec<_> = REGISTRY.iter().collect();
     entries.sort_by_key(|entry| entry.name != ORACLE);
     entries
-}
-
-/// Whether a technique stores photons, by the passes that it lists.
-pub fn has_photon_map(entry: &TechniqueEntry) -> bool {
-    (entry.passes)(&Effects::ALL).contains(&"photon tracing")
-}
-
-/// Whether a technique finds light straight from an area light without photons, by the passes that it lists.
-fn takes_direct_light(technique: &str) -> bool {
-    let lit = Effects {
-        area_light: true,
-        ..Effects::default()
-    };
-    let entry = techniques()
-        .into_iter()
-        .find(|entry| entry.name == technique);
-    let passes = entry.map_or(Vec::new(), |entry| (entry.passes)(&lit));
-    passes.contains(&"direct light") || passes.contains(&"path tracing")
 }
 
 /// What a picture must be.
@@ -167,7 +148,8 @@ impl Case {
         let target = match &self.expected {
             Expected::Mean(mean) => Target::exactly(*mean),
             Expected::WithoutPhotons(mean) => {
-                Target::exactly(match takes_direct_light(technique) {
+                let entry = technique::find(technique).unwrap();
+                Target::exactly(match entry.has_direct_light {
                     true => *mean,
                     false => [0.0; 3],
                 })
@@ -344,7 +326,7 @@ pub fn hold(family: &str, cases: Vec<Case>) {
     let mut failures = Vec::new();
     for case in &cases {
         for entry in techniques() {
-            if let Some(reason) = case.photons_only.filter(|_| !has_photon_map(entry)) {
+            if let Some(reason) = case.photons_only.filter(|_| !entry.has_photons) {
                 println!(
                     "{family}: {} says nothing of {}: {reason}",
                     case.name, entry.name

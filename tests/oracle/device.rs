@@ -16,7 +16,7 @@ use macula::scene::Scene;
 use macula::scene::loaded::LoadedScene;
 
 use crate::chi_squared::{SIGMAS, sigmas};
-use crate::kinds::{coated, eyes, glass, lambert, metal};
+use crate::kinds::{NO_COAT, coated, eyes, glass, lambert, metal, milk_glass, part_metal};
 use crate::sphere::{BINS, bin_integrals, bin_of};
 
 /// What one thread is asked.
@@ -111,13 +111,19 @@ fn ask(body: &str, questions: &[Question]) -> Vec<Answer> {
 }
 
 fn question(bsdf: &Bsdf, wo: DVec3, random: &mut Random) -> Question {
+    // The shaders keep an interface in the coat's place; its reflection is traced, not gathered.
+    let interface_f90 = bsdf.interface.map(|interface| -interface.ior as f32);
+    let reflection = match bsdf.interface {
+        None => bsdf.reflection,
+        Some(_) => NO_COAT,
+    };
     Question {
         wo: wo.as_vec3().to_array(),
         alpha: bsdf.alpha as f32,
-        f0: bsdf.reflection.f0.as_vec3().to_array(),
-        f90: bsdf.reflection.f90 as f32,
+        f0: reflection.f0.as_vec3().to_array(),
+        f90: reflection.f90 as f32,
         coat_f0: bsdf.coat.f0.as_vec3().to_array(),
-        coat_f90: bsdf.coat.f90 as f32,
+        coat_f90: interface_f90.unwrap_or(bsdf.coat.f90 as f32),
         diffuse: bsdf.albedo.as_vec3().to_array(),
         ior: 1.5,
         wi: direction(random).as_vec3().to_array(),
@@ -147,6 +153,12 @@ fn the_shaders_bsdf_is_the_oracles_for_every_pair_of_directions() {
         metal(0.5),
         metal(0.15),
         metal(1.0),
+        part_metal(0.3),
+        milk_glass(0.0),
+        Bsdf {
+            albedo: DVec3::splat(0.5),
+            ..glass(1.0 / 1.5, 0.0)
+        },
     ];
     let mut random = Random::of([1, 0, 0, 0]);
     let mut questions = Vec::new();
