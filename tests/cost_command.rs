@@ -175,8 +175,15 @@ fn a_finished_run_that_measures_nothing_new_still_knows_how_steady_the_machine_w
     let out = home.path().join("out");
     cost(&out, "--sweep photons=100,200").json();
     cost(&out, "--sweep photons=100,200").json();
-    let drift = &json(&out.join("cost.json"))["drift"]["anchor_ms"];
-    assert!(!drift.as_array().unwrap().is_empty(), "{drift}");
+    let drift = || json(&out.join("cost.json"))["drift"]["anchor_ms"].clone();
+    let known = drift();
+    assert!(!known.as_array().unwrap().is_empty(), "{known}");
+    // Each timing counts once, however often the folder is gone on with.
+    cost(&out, "--sweep photons=100,200,300").json();
+    let (more, before) = (drift(), known.as_array().unwrap().len());
+    let more = more.as_array().unwrap();
+    assert_eq!(&more[..before], known.as_array().unwrap());
+    assert!(more.len() > before);
 }
 
 #[test]
@@ -191,6 +198,44 @@ fn a_folder_without_points_blocks_no_other_question_and_lends_it_no_reference() 
     let other = cost(&out, "--sweep photons=100 --gaze 5,0 --set random.seed=3");
     assert_eq!(other.code, Some(0), "{}", other.complaint);
     assert_ne!(fs::read(out.join("reference.exr")).unwrap(), reference);
+}
+
+#[test]
+fn what_another_command_made_is_not_replaced_without_force() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    assert_eq!(cost(&out, "--sweep photons=100").code, Some(0));
+    // A replay: macula's mark, and frames.
+    for name in ["replay", "other.partial"] {
+        let replay = home.path().join(name);
+        fs::create_dir(&replay).unwrap();
+        fs::copy(out.join("run.json"), replay.join("run.json")).unwrap();
+        fs::write(replay.join("frames.csv"), "frame\n1\n").unwrap();
+    }
+    for name in ["replay", "other"] {
+        let refused = cost(&home.path().join(name), "--sweep photons=100");
+        assert_eq!(refused.code, Some(1));
+        assert!(
+            refused.complaint.contains("what another command made"),
+            "{}",
+            refused.complaint
+        );
+    }
+    assert!(home.path().join("replay/frames.csv").is_file());
+    assert!(home.path().join("other.partial/frames.csv").is_file());
+}
+
+#[test]
+fn a_copy_that_was_cut_short_blocks_no_run_and_is_not_taken_for_the_whole() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    assert_eq!(cost(&out, "--sweep photons=100,200").code, Some(0));
+    let copying = home.path().join("out.copying");
+    fs::create_dir(&copying).unwrap();
+    fs::copy(out.join("run.json"), copying.join("run.json")).unwrap();
+    let again = cost(&out, "--sweep photons=100,200").json();
+    assert_eq!((&again["points"], &again["reused"]), (&2.into(), &2.into()));
+    assert!(!copying.exists());
 }
 
 #[test]

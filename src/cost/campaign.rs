@@ -167,6 +167,16 @@ impl<'a> Campaign<'a> {
         })
     }
 
+    /// A point as [`Campaign::trial`] has it, or with the time that was measured where that is less: what it may take at best.
+    ///
+    /// # Errors
+    /// [`CostError`]: the point is of a program that knew other keys.
+    pub fn trial_at_best(&self, point: &Point) -> Result<Trial, CostError> {
+        let trial = self.trial(point)?;
+        let ms = trial.ms.min(point.frame_ms());
+        Ok(Trial { ms, ..trial })
+    }
+
     /// What gather radii are derived from in the scene.
     pub fn radius(&self) -> RadiusRule {
         self.bench.radius()

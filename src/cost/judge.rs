@@ -46,8 +46,12 @@ impl Judge {
         }
         let all: Vec<usize> = (0..reference.image.rgb.len()).collect();
         let epsilon = RELATIVE_EPSILON * error::mean(&reference.image.rgb, &all);
-        if epsilon.is_nan() || epsilon <= 0.0 {
-            let fault = "it is black, so no relative error exists";
+        let fault = match epsilon {
+            epsilon if !epsilon.is_finite() => Some("it holds values that are not finite"),
+            epsilon if epsilon <= 0.0 => Some("it is black, so no relative error exists"),
+            _ => None,
+        };
+        if let Some(fault) = fault {
             return Err(CostError::Reference(fault.into()));
         }
         Ok(Self {

@@ -64,8 +64,13 @@ pub fn sentence(
             return Some(format!("{subject}: more {paths} still pay; {last_step}."));
         }
         Some(Step::IsChance) => {
+            // The error may well have fallen, and the time be what nobody knows.
+            let unsure = match errors_differ(before, last) {
+                true => "the time that they take scatters too much",
+                false => "the gain may be chance",
+            };
             return Some(format!(
-                "{subject}: whether more {paths} pay can't be told from chance; {last_step}. Points of more frames (--point-seconds, \
+                "{subject}: whether more {paths} pay for their time can't be told, as {unsure}; {last_step}. Points of more frames (--point-seconds, \
                  in a folder of their own) on a machine at rest would tell."
             ));
         }
@@ -234,7 +239,7 @@ mod tests {
         // An unsteady machine or few frames prove neither.
         let unsteady = TimeNoise { share: 1.5 };
         let drifting = said(&MADE[..3], unsteady);
-        assert!(drifting.contains("can't be told from chance"), "{drifting}");
+        assert!(drifting.contains("scatters too much"), "{drifting}");
         let mut chance = points(&MADE[..3]);
         for point in &mut chance {
             let fovea = point.error.fovea.as_mut().unwrap();
@@ -242,7 +247,7 @@ mod tests {
         }
         let chance = sentence("pm", &chance, steady, &HALL).unwrap();
         assert!(
-            chance.contains("can't be told") && chance.contains("which may be chance"),
+            chance.contains("the gain may be chance") && chance.contains("which may be chance"),
             "{chance}"
         );
     }

@@ -47,7 +47,7 @@ pub fn all(
     let mut of_price = prices(points);
     if !of_price.is_empty() && noise.share > UNSTEADY {
         of_price.push(format!(
-            "The machine's times scattered by {} % meanwhile: take these prices for orders of magnitude, and measure again when it rests.",
+            "The machine's times scattered by {} % meanwhile: take these prices for orders of magnitude, and measure again (--force) when it rests.",
             number((100.0 * noise.share).round())
         ));
     }
@@ -75,8 +75,9 @@ pub fn all(
 
 /// The one sentence that stands over all.
 pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>, drift: &Drift) -> String {
+    let is_unsteady = TimeNoise::of(points, drift).share > UNSTEADY;
     if let Some(budget) = budget {
-        return match budget.is_met {
+        let found = match budget.is_met {
             true => format!(
                 "{} ms buy a foveal error of {} in {scene}",
                 number(budget.budget_ms),
@@ -88,8 +89,12 @@ pub fn title(scene: &str, points: &[Point], budget: Option<&Budget>, drift: &Dri
                 number(budget.frame_ms)
             ),
         };
+        return match is_unsteady {
+            true => found + ", measured on an unsteady machine",
+            false => found,
+        };
     }
-    if TimeNoise::of(points, drift).share > UNSTEADY {
+    if is_unsteady {
         return format!("What accuracy costs in {scene}, measured on an unsteady machine");
     }
     let front = fit::front(points);

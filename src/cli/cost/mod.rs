@@ -14,6 +14,7 @@ use std::time::Duration;
 use super::common::{self, ImageSize};
 use super::compare::GazeAngles;
 use super::output::interrupt_flag;
+use super::progress::Progress;
 use super::{CliError, CliResult, Globals};
 use crate::cost::check::{BudgetCheck, TIMINGS, TOLERANCE};
 use crate::cost::measure::Bench;
@@ -141,10 +142,13 @@ fn check_budget(
     let gpu = common::headless_device(globals)?;
     let loaded = LoadedScene::new(&gpu, scene)?;
     let bench = bench(&gpu, &loaded, &camera, gaze, args, interrupted);
+    let progress = Progress::new("timing", TIMINGS as u64, "times");
     let mut timings = Vec::with_capacity(TIMINGS);
     for _ in 0..TIMINGS {
         timings.extend(bench.time(setting)?);
+        progress.advance(1);
     }
+    drop(progress);
     let check = match timings.len() {
         TIMINGS => BudgetCheck::of(budget_ms, timings),
         _ => None,

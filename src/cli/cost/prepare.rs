@@ -1,12 +1,13 @@
 //! What `macula cost` measures, and what it judges by.
 
+use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use super::super::common::ImageSize;
 use super::super::compare::GazeAngles;
 use super::super::progress::Progress;
-use super::super::run_record::file_sha256;
+use super::super::run_record::{RUN_FILE, file_sha256};
 use super::super::{CliError, CliResult};
 use super::Args;
 use crate::cost::CostError;
@@ -14,7 +15,7 @@ use crate::cost::measure::MEASUREMENT_VERSION;
 use crate::cost::plan::{self, Axis};
 use crate::cost::reference::{Origin, Reference};
 use crate::cost::setting::Setting;
-use crate::cost::store::Study;
+use crate::cost::store::{Store, Study};
 use crate::metrics::region::{EccentricityLimits, Region, eccentricities_rad};
 use crate::scene::loaded::LoadedScene;
 use crate::scene::{Camera, Scene};
@@ -71,7 +72,7 @@ pub(super) fn study(
         .map(f64::from),
         reference_size,
         reference_sha256: match &args.reference {
-            Some(path) => Some(file_sha256(path)?),
+            Some(path) => Some(reference_sha256(path)?),
             None => None,
         },
     })
@@ -86,6 +87,11 @@ fn has_shape(size: ImageSize, of: ImageSize) -> bool {
 /// Refuses a folder that holds points of another study.
 pub(super) fn check_study(folder: &Path, study: &Study) -> CliResult {
     let name = folder.display();
+    if !may_hold_points(folder)? {
+        return Err(CliError::new(format!(
+            "{name} holds what another command made; choose another --out, or pass --force to replace it"
+        )));
+    }
     let found = Study::of_points(folder)?;
     match found.and_then(|found| found.difference(study)) {
         None => Ok(()),
@@ -94,6 +100,33 @@ pub(super) fn check_study(folder: &Path, study: &Study) -> CliResult {
              start anew"
         ))),
     }
+}
+
+/// The SHA-256 of a reference.
+fn reference_sha256(path: &Path) -> Result<String, CliError> {
+    file_sha256(path).map_err(|error| CliError {
+        message: format!(
+            "{}: check that it exists; `macula render SCENE --technique path --out NAME.exr` writes a reference",
+            error.message
+        ),
+        ..error
+    })
+}
+
+/// Whether a folder says what its points have in common, or holds nothing but the beginnings of such a one.
+fn may_hold_points(folder: &Path) -> Result<bool, CliError> {
+    let look = |error| CliError::because(format!("cannot look into {}", folder.display()), error);
+    if Study::read(folder)?.is_some() {
+        return Ok(true);
+    }
+    for entry in fs::read_dir(folder).map_err(look)? {
+        let name = entry.map_err(look)?.file_name();
+        let is_begun = |known: &str| name == *known;
+        if !is_begun(RUN_FILE) && !Store::CARRIED.into_iter().any(is_begun) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// The reference: the one that an earlier run left, a file, or the oracle's picture. `None` if it was interrupted.

@@ -292,7 +292,7 @@ fn choose(
     let mut challenged = vec![chosen.setting.clone()];
     for _ in 0..MAX_CHALLENGERS {
         let known = campaign.points().iter();
-        let known = known.map(|point| campaign.trial(point));
+        let known = known.map(|point| campaign.trial_at_best(point));
         let known: Vec<Trial> = known.collect::<Result<_, _>>()?;
         let fresh = known.into_iter().filter(|trial| {
             let is_known = |known| alike::make_one_picture(known, &trial.setting, &radius);

@@ -47,7 +47,7 @@ pub(super) fn next_steps(outcome: &Outcome, args: &Args, out: &Path) -> Vec<(Str
             ),
         ));
         steps.push(step(
-            "See one frame of it",
+            "See its picture (the first frame takes longer, as shaders are compiled)",
             format!("macula render {scene} --camera {camera} --params {best} --out frame.png"),
         ));
     } else if outcome.budget.is_none() {

@@ -11,6 +11,10 @@ pub(super) fn base(costs: &EffectCosts) -> Vec<Vec<String>> {
         significant(costs.frame_with_all_ms),
         costs.pairs_with_all
     );
+    let [fastest_ms, slowest_ms] = costs.frame_ms_range.map(significant);
+    let steadiness = format!(
+        "{fastest_ms} to {slowest_ms} ms beside each of the effects: the nearer, the steadier the machine was, and the surer the prices"
+    );
     let picture = format!(
         "{}x{} pixels, {} photons a frame",
         costs.width_px,
@@ -22,6 +26,7 @@ pub(super) fn base(costs: &EffectCosts) -> Vec<Vec<String>> {
         row(["picture", &picture]),
         row(["device", &costs.device]),
         row(["frame", &frame]),
+        row(["its median", &steadiness]),
     ]
 }
 
@@ -59,7 +64,8 @@ fn time_and_memory(time: &TimeCost, cost: &EffectCost) -> String {
     }
     // An effect may turn light away from costlier paths.
     let (verb, sign) = match (time.ms < 0.0, cost.on) {
-        (true, _) => ("without it a frame takes longer by", -1.0),
+        (true, true) => ("without it a frame takes longer by", -1.0),
+        (true, false) => ("with it a frame would take less by", -1.0),
         (false, true) => ("costs", 1.0),
         (false, false) => ("saves", 1.0),
     };
