@@ -1,6 +1,7 @@
 //! The best setting of a frame budget.
 //!
-//! A start that is too slow is first scaled down, all knobs together. From there each knob is tried one step up and one step down its
+//! A start that is too slow is first scaled down, all knobs together or all but the size: a picture half as wide gives back what it saves in
+//! paths, and which of the two is worth more no step of one knob tells. From the better of both each knob is tried one step up and one step down its
 //! ladder. Times and errors multiply nearly independently, so these trials are a model of all combinations of steps: the best one by the
 //! model that meets the budget is measured, and the search goes on from there until nothing gets better. Last the setting is measured
 //! afresh, and paths are added or taken until it fills the budget.
@@ -9,7 +10,7 @@ use std::cmp::Ordering;
 
 use super::CostError;
 use super::ladder::{Ladder, scaled_down};
-use super::setting::Setting;
+use super::setting::{SIZE, Setting};
 
 /// The least share of the budget that a chosen setting should use, if its knobs allow it.
 pub const FILL_MIN: f64 = 0.85;
@@ -97,16 +98,17 @@ pub fn descend(
     is_over: &dyn Fn() -> bool,
 ) -> Result<Option<Trial>, CostError> {
     let limit_ms = FILL_AIM * budget_ms;
-    let mut current = start.clone();
-    for share in SCALES {
-        if current.ms <= limit_ms || is_over() {
-            break;
-        }
-        let Some(trial) = try_it(&scaled_down(&start.setting, ladders, share))? else {
+    let Some(mut current) = bring_down(&start, ladders, limit_ms, try_it, is_over)? else {
+        return Ok(None);
+    };
+    let but_the_size = ladders.iter().filter(|ladder| ladder.key() != SIZE);
+    let but_the_size: Vec<Ladder> = but_the_size.cloned().collect();
+    if but_the_size.len() < ladders.len() {
+        let Some(as_large) = bring_down(&start, &but_the_size, limit_ms, try_it, is_over)? else {
             return Ok(None);
         };
-        if is_better(&trial, &current, limit_ms) {
-            current = trial;
+        if is_better(&as_large, &current, limit_ms) {
+            current = as_large;
         }
     }
     for _ in 0..MAX_ROUNDS {
@@ -150,6 +152,29 @@ pub fn descend(
             return Ok(Some(found));
         }
         current = found;
+    }
+    Ok(Some(current))
+}
+
+/// Scales a start down until it meets the limit: the first that does, or the fastest. `None` if it was interrupted.
+fn bring_down(
+    start: &Trial,
+    ladders: &[Ladder],
+    limit_ms: f64,
+    try_it: &mut Try<'_>,
+    is_over: &dyn Fn() -> bool,
+) -> Result<Option<Trial>, CostError> {
+    let mut current = start.clone();
+    for share in SCALES {
+        if current.ms <= limit_ms || is_over() {
+            break;
+        }
+        let Some(trial) = try_it(&scaled_down(&start.setting, ladders, share))? else {
+            return Ok(None);
+        };
+        if is_better(&trial, &current, limit_ms) {
+            current = trial;
+        }
     }
     Ok(Some(current))
 }
@@ -418,6 +443,30 @@ mod tests {
         assert!(found.unwrap().ms <= 20.0);
         let needed = tried.iter().position(|ms| *ms <= 20.0).unwrap();
         assert!(needed < SCALES.len(), "{tried:?}");
+    }
+
+    #[test]
+    fn small_pictures_of_many_samples_give_way_to_whole_ones_of_few() {
+        // Time goes into samples of pixels. Whatever is smaller than the reference costs much of the accuracy, as all of it is blurred.
+        let mut try_it = |setting: &Setting| {
+            let pixels = f64::from(setting.size.width * setting.size.height);
+            let samples = pixels * f64::from(setting.params.fovea.samples);
+            let blur = if setting.size.width < 64 { 0.5 } else { 0.0 };
+            Ok(Some(Trial {
+                setting: setting.clone(),
+                ms: 1.0 + samples / 200.0,
+                error: 0.1 + blur + 100.0 / samples,
+            }))
+        };
+        let start = try_it(&setting()).unwrap().unwrap();
+        assert!(start.ms > 50.0);
+        let found = descend(start, &ladders(), 30.0, &mut try_it, &|| false).unwrap();
+        let found = found.unwrap().setting;
+        assert_eq!(
+            (found.size.width, found.params.fovea.samples),
+            (64, 1),
+            "{found:?}"
+        );
     }
 
     #[test]
