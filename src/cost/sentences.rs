@@ -254,8 +254,10 @@ fn of_levels(goal: Goal, levels: &[Level], noise: TimeNoise) -> String {
 
 /// How sure a price is.
 fn within(law: &PowerLaw) -> String {
+    /// Beyond so many times the least, the most says nothing: three points or so leave it open.
+    const MOST_TOLD: f64 = 100.0;
     let [least, most] = law.price_range;
-    match most.is_finite() {
+    match most < MOST_TOLD * least {
         true => format!(" (between {} and {})", number(least), number(most)),
         false => format!(" (at least {})", number(least)),
     }
