@@ -32,10 +32,12 @@ pub struct EffectCosts {
     pub photons: u32,
     /// The device's name.
     pub device: String,
-    /// Median time of a frame with the scene's own effects, ms.
+    /// Median time of a frame with the scene's own effects, ms, of all that were timed.
     pub frame_ms: f64,
-    /// The fastest and the slowest that this median was, beside each of the effects in turn, ms: how steady the machine was.
-    pub frame_ms_range: [f64; 2],
+    /// The middle half of these frames lies between, ms: how steady the machine was.
+    pub frame_ms_quartiles: [f64; 2],
+    /// How many they are.
+    pub frames: usize,
     /// Median time of a frame with every effect that there is, taken in turn with the former, ms.
     pub frame_with_all_ms: f64,
     /// Frames of the scene's own effects with frames of all: how many pairs.
@@ -71,10 +73,6 @@ pub struct TimeCost {
     pub share: f64,
     /// The middle half of the pairs lies between.
     pub share_quartiles: [f64; 2],
-    /// The median of [`EffectCosts::frame_ms`], ms.
-    pub ms: f64,
-    /// The middle half of the pairs lies between, ms.
-    pub ms_quartiles: [f64; 2],
 }
 
 /// Times of two frames that were taken one right after the other, ms.
@@ -143,11 +141,8 @@ impl<'a> Subject<'a> {
             let bytes = own_bytes.zip(other_bytes);
             Ok((pairs, bytes.map(|(own, other)| own - other)))
         };
-        let median = |times_ms: Vec<f64>| quantile(times_ms, 0.5);
-        let own_ms = |pairs: &[Pair]| median(pairs.iter().map(|pair| pair.own_ms).collect());
         let (with_all, _) = compare(Effects::ALL)?;
-        let frame_ms = own_ms(&with_all);
-        let mut frame_ms_range = [frame_ms; 2];
+        let mut own_ms = Vec::from_iter(with_all.iter().map(|pair| pair.own_ms));
         let mut costs = Vec::new();
         for (effect, on) in own.named() {
             let (with, without) = (own.with(effect, true), own.with(effect, false));
@@ -168,10 +163,8 @@ impl<'a> Subject<'a> {
             };
             if !self.is_same_work(own, other) {
                 let (pairs, bytes) = compare(other)?;
-                let beside_ms = own_ms(&pairs);
-                let [fastest_ms, slowest_ms] = frame_ms_range;
-                frame_ms_range = [fastest_ms.min(beside_ms), slowest_ms.max(beside_ms)];
-                cost.time = Some(TimeCost::of(&pairs, on, frame_ms));
+                own_ms.extend(pairs.iter().map(|pair| pair.own_ms));
+                cost.time = Some(TimeCost::of(&pairs, on));
                 cost.bytes = bytes.map(|bytes| if on { bytes } else { -bytes });
             }
             costs.push(cost);
@@ -185,9 +178,10 @@ impl<'a> Subject<'a> {
             height_px: self.size.1,
             photons: self.params.photon.count,
             device: self.gpu.info.name.clone(),
-            frame_ms,
-            frame_ms_range,
-            frame_with_all_ms: median(with_all.iter().map(|pair| pair.other_ms).collect()),
+            frame_ms: quantile(own_ms.clone(), 0.5),
+            frame_ms_quartiles: [0.25, 0.75].map(|part| quantile(own_ms.clone(), part)),
+            frames: own_ms.len(),
+            frame_with_all_ms: quantile(with_all.iter().map(|pair| pair.other_ms).collect(), 0.5),
             pairs_with_all: with_all.len(),
             effects: costs,
         })
@@ -226,22 +220,19 @@ impl<'a> Subject<'a> {
 }
 
 impl TimeCost {
-    /// What pairs of frames say of an effect that is on in the scene's own frame, which takes `frame_ms`, or off there.
-    fn of(pairs: &[Pair], on: bool, frame_ms: f64) -> Self {
+    /// What pairs of frames say of an effect that is on in the scene's own frame, or off there.
+    fn of(pairs: &[Pair], on: bool) -> Self {
         let share = |pair: &Pair| match on {
             true => (pair.own_ms - pair.other_ms) / pair.own_ms,
             false => (pair.other_ms - pair.own_ms) / pair.own_ms,
         };
         let shares = Vec::from_iter(pairs.iter().map(share));
         let at = |part: f64| quantile(shares.clone(), part);
-        let share_quartiles = [at(0.25), at(0.75)];
         Self {
             pairs: pairs.len(),
             is_told: Verdict::of(pairs) == Verdict::Told,
             share: at(0.5),
-            share_quartiles,
-            ms: frame_ms * at(0.5),
-            ms_quartiles: share_quartiles.map(|share| frame_ms * share),
+            share_quartiles: [at(0.25), at(0.75)],
         }
     }
 }
@@ -296,10 +287,15 @@ fn frame_ms(still: &mut Still<'_>, frame: u32) -> Result<f64, GpuError> {
     Ok(started.elapsed().as_secs_f64() * 1e3)
 }
 
-/// The value below which a share of all lies, the nearest one there is; of one at least.
+/// The value below which a share of all lies, between the two nearest there are; of one at least.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * share).round() as usize]
+    let place = (values.len() - 1) as f64 * share;
+    let (below, above) = (
+        values[place.floor() as usize],
+        values[place.ceil() as usize],
+    );
+    below + (above - below) * place.fract()
 }
 
 #[cfg(test)]
@@ -330,10 +326,9 @@ mod tests {
     #[test]
     fn a_cost_is_what_the_frame_with_the_effect_takes_longer() {
         let pairs = pairs_of(&[10.0, 12.0, 11.0, 30.0, 9.0, 11.0, 11.0]);
-        let on = TimeCost::of(&pairs, true, 200.0);
+        let on = TimeCost::of(&pairs, true);
         assert_eq!((on.pairs, on.is_told, on.share), (7, true, 0.11));
         assert_eq!(on.share_quartiles, [0.11, 0.12]);
-        assert_eq!((on.ms, on.ms_quartiles), (22.0, [22.0, 24.0]));
-        assert_eq!(TimeCost::of(&pairs, false, 200.0).share, -0.11);
+        assert_eq!(TimeCost::of(&pairs, false).share, -0.11);
     }
 }

@@ -223,6 +223,13 @@ fn what_another_command_made_is_not_replaced_without_force() {
     }
     assert!(home.path().join("replay/frames.csv").is_file());
     assert!(home.path().join("other.partial/frames.csv").is_file());
+    // What macula never wrote is not even cleared away.
+    let foreign = home.path().join("foreign.partial");
+    fs::create_dir(&foreign).unwrap();
+    fs::write(foreign.join("run.json"), "{\"program\": \"other\"}").unwrap();
+    let refused = cost(&home.path().join("foreign"), "--sweep photons=100");
+    assert_eq!(refused.code, Some(1));
+    assert!(foreign.join("run.json").is_file());
 }
 
 #[test]

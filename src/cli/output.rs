@@ -100,11 +100,7 @@ impl OutputDir {
         if force {
             return Ok(Self::create(target, force, record)?);
         }
-        let output = Self {
-            target: target.into(),
-            partial: partial.clone(),
-        };
-        for folder in [&partial, &output.target] {
+        for folder in [partial.as_path(), target] {
             if exists(folder)? {
                 check_folder_is_ours(folder)?;
                 check(folder)?;
@@ -127,8 +123,12 @@ impl OutputDir {
             }
             fs::rename(&copying, &partial).map_err(failed("rename to", &partial))?;
         }
-        record.write(&output.partial, false)?;
-        Ok(output)
+        record.write(&partial, false)?;
+        // Not before: what was refused is not ours to clear away.
+        Ok(Self {
+            target: target.into(),
+            partial,
+        })
     }
 
     /// The folder to write into. It moves when the output is finished, so keep no path of it.

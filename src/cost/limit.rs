@@ -64,10 +64,10 @@ pub fn sentence(
             return Some(format!("{subject}: more {paths} still pay; {last_step}."));
         }
         Some(Step::IsChance) => {
-            // The error may well have fallen, and the time be what nobody knows.
-            let unsure = match errors_differ(before, last) {
-                true => "the time that they take scatters too much",
-                false => "the gain may be chance",
+            // On a machine that takes the same time always, would it be told?
+            let unsure = match step(before, last, TimeNoise { share: 0.0 }) {
+                Step::IsChance => "the errors are not known well enough",
+                _ => "the time that they take scatters too much",
             };
             return Some(format!(
                 "{subject}: whether more {paths} pay for their time can't be told, as {unsure}; {last_step}. Points of more frames (--point-seconds, \
@@ -247,7 +247,8 @@ mod tests {
         }
         let chance = sentence("pm", &chance, steady, &HALL).unwrap();
         assert!(
-            chance.contains("the gain may be chance") && chance.contains("which may be chance"),
+            chance.contains("errors are not known well enough")
+                && chance.contains("which may be chance"),
             "{chance}"
         );
     }

@@ -21,7 +21,7 @@ use crate::technique;
 use crate::technique::radius::RadiusRule;
 
 /// Changes whenever a point measured before could no longer stand beside one measured now.
-pub const MEASUREMENT_VERSION: u32 = 2;
+pub const MEASUREMENT_VERSION: u32 = 3;
 /// Frames before any is timed, if they are not slow.
 const WARM_UP_FRAMES: usize = 2;
 /// Frames that are timed at least.

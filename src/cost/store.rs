@@ -1,6 +1,7 @@
 //! Points on disk: one JSON file each, with a frame beside it, in a folder that says what they were judged by. A run that is started again
 //! finds them there.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -16,8 +17,8 @@ use crate::image::{ImageSize, LinearImage, exr};
 const STUDY_FILE: &str = "study.json";
 /// Name of the file of the setting that was chosen for a budget.
 pub const BEST_FILE: &str = "best.toml";
-/// Name of the file of the anchor's times.
-const ANCHOR_FILE: &str = "anchor.json";
+/// Name of the file of the anchors' times: how fast the machine was through all runs in a folder.
+const ANCHORS_FILE: &str = "anchors.json";
 /// Name of the folder of points.
 const POINTS_FOLDER: &str = "points";
 
@@ -88,15 +89,6 @@ impl Study {
     }
 }
 
-/// How fast the machine was through the runs in one folder.
-#[derive(Serialize, Deserialize)]
-struct AnchorTimes {
-    /// Key of the setting that was timed.
-    key: String,
-    /// Median times of its frames, milliseconds, in the order of time.
-    ms: Vec<f64>,
-}
-
 /// The points of one folder.
 #[derive(Debug)]
 pub struct Store {
@@ -131,7 +123,7 @@ impl Store {
     /// What is carried over when a finished folder goes on: everything that [`Store::open`] and a reference need, and what was chosen.
     pub const CARRIED: [&str; 7] = [
         STUDY_FILE,
-        ANCHOR_FILE,
+        ANCHORS_FILE,
         BEST_FILE,
         POINTS_FOLDER,
         reference::PICTURE_FILE,
@@ -184,14 +176,12 @@ impl Store {
         write_json(&self.path(&point.key, "json"), point)
     }
 
-    /// How long the frames of the setting of that key took, milliseconds, each time that it was timed as the anchor.
+    /// How long the frames of the setting of that key took, milliseconds, each time that it was timed as an anchor.
     ///
     /// # Errors
     /// [`CostError::Store`].
     pub fn anchor_ms(&self, key: &str) -> Result<Vec<f64>, CostError> {
-        let known: Option<AnchorTimes> = read_json(&self.folder.join(ANCHOR_FILE))?;
-        let known = known.filter(|times| times.key == key);
-        Ok(known.map_or(Vec::new(), |times| times.ms))
+        Ok(self.anchors()?.remove(key).unwrap_or_default())
     }
 
     /// Keeps all times of an anchor.
@@ -199,11 +189,14 @@ impl Store {
     /// # Errors
     /// [`CostError::Store`]: the place can't be written.
     pub fn keep_anchor_ms(&self, key: &str, ms: &[f64]) -> Result<(), CostError> {
-        let times = AnchorTimes {
-            key: key.into(),
-            ms: ms.into(),
-        };
-        write_json(&self.folder.join(ANCHOR_FILE), &times)
+        let mut anchors = self.anchors()?;
+        anchors.insert(key.into(), ms.into());
+        write_json(&self.folder.join(ANCHORS_FILE), &anchors)
+    }
+
+    /// Median times of every anchor's frames, milliseconds, in the order of time.
+    fn anchors(&self) -> Result<BTreeMap<String, Vec<f64>>, CostError> {
+        Ok(read_json(&self.folder.join(ANCHORS_FILE))?.unwrap_or_default())
     }
 
     /// The frame of a point.

@@ -141,11 +141,6 @@ impl Bsdf {
         self.albedo.max_element() > 0.0 || (!self.is_smooth() && self.reflects())
     }
 
-    /// Whether some of the light goes in wide lobes, as [`Bsdf::evaluate_wide`] has it.
-    pub fn is_wide(&self) -> bool {
-        self.albedo.max_element() > 0.0 || (!self.is_sharp() && self.reflects())
-    }
-
     fn is_sharp(&self) -> bool {
         let solid = self.interface.filter(|interface| !interface.is_thin);
         is_sharp(self.alpha, solid.map(|interface| interface.ior))

@@ -21,8 +21,8 @@ use super::{bsdf::Bsdf, material};
 
 /// Smallest cosine between the surfaces of a photon and of the point that counts it: corners stay apart.
 const NORMAL_COS_MIN: f64 = 0.9;
-/// Most surfaces that a photon meets: beyond, what is left in a ball of glass is nothing.
-const DEPTH_MAX: u32 = 64;
+/// Most surfaces that a photon meets: chance ends all but a few long before.
+const DEPTH_MAX: u32 = 1024;
 /// Surfaces that a photon meets before chance may end it, and its chance to go on from each after that.
 const SURE_SURFACES: u32 = 8;
 const SURVIVAL: f64 = 0.9;
@@ -164,7 +164,8 @@ fn follow(oracle: &Oracle<'_>, random: &mut Random, kept: &mut Vec<Photon>) {
         flux_w *= oracle.transmittance(medium, surface.position.distance(ray.origin));
         let bsdf = material::bsdf(scene, &surface);
         let wi = -ray.direction;
-        if depth > 0 && (bsdf.is_wide() || (bsdf.is_spread() && !is_by_sharp_lobe)) {
+        let may_spread = material::may_spread(&scene.materials[surface.material]);
+        if depth > 0 && (may_spread.widely || (may_spread.at_all && !is_by_sharp_lobe)) {
             kept.push(Photon {
                 position: surface.position,
                 geometric_normal: surface.geometric_normal,

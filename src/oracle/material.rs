@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::bsdf::{Bsdf, Interface, Schlick, is_sharp};
 use super::geometry::Surface;
-use crate::scene::{Material, Scene, Texture, TextureRef, Wrap};
+use crate::scene::{Material, SMOOTH_ALPHA, Scene, Texture, TextureRef, Wrap};
 
 /// Red, green, blue (linear) and alpha of a texture at untransformed coordinates; white without one.
 pub(super) fn texture_at(scene: &Scene, used: Option<TextureRef>, texcoord: DVec2) -> DVec4 {
@@ -135,6 +135,31 @@ pub(super) fn may_focus(material: &Material) -> bool {
         || is_sharp(f64::from(material.roughness).powi(2), solid_ior);
     // A thin wall passes light straight on, however rough it is.
     (transmits && !material.is_solid) || (may_be_sharp && (reflects || transmits))
+}
+
+/// Whether the material's wide lobes, or any but single directions, may send light on: by its factors, as photons that its texels decided
+/// about would thin out those that the texels beside them count.
+pub(super) fn may_spread(material: &Material) -> MaySpread {
+    let reflects = material.metallic > 0.0 || material.specular_factor > 0.0;
+    let has_facets = reflects || material.transmission > 0.0;
+    let may_be_dielectric =
+        material.metallic < 1.0 || material.metallic_roughness_texture.is_some();
+    let has_lambert =
+        may_be_dielectric && material.transmission < 1.0 && material.base_color.max_element() > 0.0;
+    // A texture makes a lobe sharper only, and metal is never sharper than glass.
+    let alpha = f64::from(material.roughness).powi(2);
+    MaySpread {
+        widely: has_lambert || (has_facets && !is_sharp(alpha, None)),
+        at_all: has_lambert || (has_facets && alpha >= f64::from(SMOOTH_ALPHA)),
+    }
+}
+
+/// See [`may_spread`].
+pub(super) struct MaySpread {
+    /// By wide lobes.
+    pub widely: bool,
+    /// By any lobe that has a width.
+    pub at_all: bool,
 }
 
 /// Power that a surface of the material sends out, W/m², all its sides together, with its texture's mean.

@@ -91,7 +91,7 @@ fn what_is_no_gltf_at_all_is_refused() {
     let saved = Saved::new("one.gltf", b"{\"asset\":{\"version\":\"1.0\"}}");
     assert!(refusal(&saved.path, &LoadLimits::default()).contains("glTF 1.0"));
     let folder = tempfile::tempdir().unwrap();
-    assert!(refusal(folder.path(), &LoadLimits::default()).contains("not a regular file"));
+    assert!(refusal(folder.path(), &LoadLimits::default()).contains("it is a folder"));
 }
 
 #[test]

@@ -121,7 +121,13 @@ fn may_hold_points(folder: &Path) -> Result<bool, CliError> {
     }
     for entry in fs::read_dir(folder).map_err(look)? {
         let name = entry.map_err(look)?.file_name();
-        let is_begun = |known: &str| name == *known;
+        // A file has another ending until it is whole.
+        let name = Path::new(&name);
+        let is_partial = name.extension().is_some_and(|end| end == "partial");
+        let is_begun = |known: &str| {
+            name == Path::new(known)
+                || is_partial && name.file_stem() == Path::new(known).file_stem()
+        };
         if !is_begun(RUN_FILE) && !Store::CARRIED.into_iter().any(is_begun) {
             return Ok(false);
         }

@@ -6,14 +6,15 @@ use crate::effect_cost::{EffectCost, EffectCosts, TimeCost};
 /// The frames that were timed, as rows of a section.
 pub(super) fn base(costs: &EffectCosts) -> Vec<Vec<String>> {
     let frame = format!(
-        "{} ms with the scene's own effects, {} ms with all effects on (medians, {} pairs of frames)",
+        "{} ms with the scene's own effects (median of {}), {} ms with all effects on (of {})",
         significant(costs.frame_ms),
+        costs.frames,
         significant(costs.frame_with_all_ms),
         costs.pairs_with_all
     );
-    let [fastest_ms, slowest_ms] = costs.frame_ms_range.map(significant);
+    let [low_ms, high_ms] = costs.frame_ms_quartiles.map(significant);
     let steadiness = format!(
-        "{fastest_ms} to {slowest_ms} ms beside each of the effects: the nearer, the steadier the machine was, and the surer the prices"
+        "half of the frames with the scene's own effects took {low_ms} to {high_ms} ms: the nearer, the surer the prices"
     );
     let picture = format!(
         "{}x{} pixels, {} photons a frame",
@@ -26,15 +27,16 @@ pub(super) fn base(costs: &EffectCosts) -> Vec<Vec<String>> {
         row(["picture", &picture]),
         row(["device", &costs.device]),
         row(["frame", &frame]),
-        row(["its median", &steadiness]),
+        row(["steadiness", &steadiness]),
     ]
 }
 
-/// What an effect costs, or what leaving it out saves.
-pub(super) fn price(cost: &EffectCost, technique: &str) -> String {
+/// What an effect costs in a frame of so many ms, or what leaving it out saves.
+pub(super) fn price(cost: &EffectCost, technique: &str, frame_ms: f64) -> String {
     let verb = if cost.on { "costs" } else { "saves" };
     let sharers = cost.shared_with.join(", ");
-    let price = cost.time.as_ref().map(|time| time_and_memory(time, cost));
+    let price = cost.time.as_ref();
+    let price = price.map(|time| time_and_memory(time, cost, frame_ms));
     match (price, cost.shared_with.is_empty()) {
         (Some(price), true) => price,
         (Some(price), false) => {
@@ -51,7 +53,7 @@ pub(super) fn price(cost: &EffectCost, technique: &str) -> String {
     }
 }
 
-fn time_and_memory(time: &TimeCost, cost: &EffectCost) -> String {
+fn time_and_memory(time: &TimeCost, cost: &EffectCost, frame_ms: f64) -> String {
     let memory = match cost.bytes {
         Some(bytes) if bytes.abs() >= 1 << 16 => {
             format!(", {:.1} MiB", bytes as f64 / f64::from(1 << 20))
@@ -63,23 +65,20 @@ fn time_and_memory(time: &TimeCost, cost: &EffectCost) -> String {
         return format!("its time can't be told from nothing in {pairs} pairs{memory}");
     }
     // An effect may turn light away from costlier paths.
-    let (verb, sign) = match (time.ms < 0.0, cost.on) {
+    let (verb, sign) = match (time.share < 0.0, cost.on) {
         (true, true) => ("without it a frame takes longer by", -1.0),
         (true, false) => ("with it a frame would take less by", -1.0),
         (false, true) => ("costs", 1.0),
         (false, false) => ("saves", 1.0),
     };
-    let mut ms_quartiles = time.ms_quartiles.map(|ms| sign * ms);
     let mut percent_quartiles = time.share_quartiles.map(|share| sign * 100.0 * share);
-    ms_quartiles.sort_by(f64::total_cmp);
     percent_quartiles.sort_by(f64::total_cmp);
-    let [ms_low, ms_high] = ms_quartiles.map(|ms| format!("{ms:.1}"));
     let [percent_low, percent_high] = percent_quartiles.map(|percent| format!("{percent:.1}"));
     format!(
-        "{verb} {:.1} ms ({ms_low} to {ms_high}), {:.1} % of a frame ({percent_low} to {percent_high}), {} pairs{memory}",
-        sign * time.ms,
+        "{verb} {:.1} % of a frame ({percent_low} to {percent_high}, {} pairs), {:.1} ms{memory}",
         sign * 100.0 * time.share,
         time.pairs,
+        sign * frame_ms * time.share,
     )
 }
 
@@ -97,45 +96,54 @@ mod tests {
         }
     }
 
-    fn time(is_told: bool, ms: f64) -> TimeCost {
+    fn time(is_told: bool, share: f64) -> TimeCost {
         TimeCost {
-            pairs: 5,
+            pairs: 7,
             is_told,
-            ms,
-            ms_quartiles: [ms - 1.0, ms + 1.0],
-            share: ms / 100.0,
-            share_quartiles: [ms / 100.0 - 0.01, ms / 100.0 + 0.01],
+            share,
+            share_quartiles: [share - 0.01, share + 0.01],
         }
     }
 
+    /// In `pm-direct`, of a frame of 200 ms.
+    fn said(cost: &EffectCost) -> String {
+        price(cost, "pm-direct", 200.0)
+    }
+
     #[test]
-    fn a_price_is_told_in_ms_and_percent_with_quartiles_and_noise_as_nothing() {
-        let words = |on, ms| price(&cost(on, Vec::new(), Some(time(true, ms))), "pm-direct");
-        let twelve = "12.0 ms (11.0 to 13.0), 12.0 % of a frame (11.0 to 13.0), 5 pairs";
-        assert_eq!(words(true, 12.0), format!("costs {twelve}"));
-        assert_eq!(words(false, 12.0), format!("saves {twelve}"));
+    fn a_price_is_told_in_percent_with_quartiles_and_in_ms_and_noise_as_nothing() {
+        let words = |on, share| said(&cost(on, Vec::new(), Some(time(true, share))));
+        let twelve = "12.0 % of a frame (11.0 to 13.0, 7 pairs), 24.0 ms";
+        assert_eq!(words(true, 0.12), format!("costs {twelve}"));
+        assert_eq!(words(false, 0.12), format!("saves {twelve}"));
         assert_eq!(
-            words(true, -12.0),
+            words(true, -0.12),
             format!("without it a frame takes longer by {twelve}")
         );
-        let noise = cost(true, Vec::new(), Some(time(false, 0.5)));
-        let noise = price(&noise, "pm-direct");
-        assert_eq!(noise, "its time can't be told from nothing in 5 pairs");
+        assert_eq!(
+            words(false, -0.12),
+            format!("with it a frame would take less by {twelve}")
+        );
+        let noise = cost(true, Vec::new(), Some(time(false, 0.005)));
+        assert_eq!(
+            said(&noise),
+            "its time can't be told from nothing in 7 pairs"
+        );
     }
 
     #[test]
     fn an_effect_that_costs_nothing_by_itself_says_why() {
         let caustics = || vec!["caustics"];
-        let together = price(&cost(true, caustics(), Some(time(true, 12.0))), "pm-direct");
+        let together = said(&cost(true, caustics(), Some(time(true, 0.12))));
         assert!(
-            together.contains("as its work is done for caustics anyway; together: costs 12.0 ms")
+            together.contains("as its work is done for caustics anyway; together: costs 12.0 %")
         );
-        let off = price(&cost(false, caustics(), None), "pm-direct");
+        let off = said(&cost(false, caustics(), None));
         assert_eq!(
             off,
             "saves nothing by itself, as its work is done for caustics anyway"
         );
-        let never = price(&cost(true, Vec::new(), None), "pm");
+        let never = price(&cost(true, Vec::new(), None), "pm", 200.0);
         assert!(never.contains("`pm` has no pass or shader path for it"));
     }
 }

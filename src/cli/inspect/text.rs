@@ -35,7 +35,7 @@ impl Inspection {
             if let Some(costs) = &self.effect_costs {
                 let mut effects = costs.effects.iter();
                 let cost = effects.find(|cost| cost.effect == report.effect);
-                let price = cost.map(|cost| price(cost, costs.technique));
+                let price = cost.map(|cost| price(cost, costs.technique, costs.frame_ms));
                 cells.push(price.unwrap_or("not measured".to_owned()));
             }
             cells.push(report.why.clone());
