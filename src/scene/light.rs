@@ -62,8 +62,8 @@ impl PunctualKind {
     }
 }
 
-/// The strongest that a light or an emissive surface may be, in its unit: what is summed over lights and solid angles stays within single
-/// precision (3e38).
+/// The strongest that a light or an emissive surface may be, in its unit: sums over lights, solid angles and areas of scenes that are
+/// kilometres wide stay within single precision (3e38).
 pub(super) const STRONGEST: f32 = 1e30;
 
 impl PunctualLight {
