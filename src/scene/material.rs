@@ -171,9 +171,7 @@ impl Reader<'_> {
             metallic: self.share("metallicFactor", pbr.metallic_factor())?,
             roughness: self.share("roughnessFactor", pbr.roughness_factor())?,
             metallic_roughness_texture,
-            emission_w_per_m2_sr: self
-                .not_negative("emission", emission)?
-                .min(Vec3::splat(STRONGEST)),
+            emission_w_per_m2_sr: self.emission(emission)?,
             emission_texture,
             ior: self.ior(json.ior().unwrap_or(1.5))?,
             specular_factor: match &specular {
@@ -305,6 +303,18 @@ impl Reader<'_> {
         if clamped != value {
             self.warnings.push(format!(
                 "{} has a {factor} outside 0 to 1; it is clamped",
+                self.label
+            ));
+        }
+        Ok(clamped)
+    }
+
+    fn emission(&mut self, emission: Vec3) -> Result<Vec3, SceneProblem> {
+        let emission = self.not_negative("emission", emission)?;
+        let clamped = emission.min(Vec3::splat(STRONGEST));
+        if clamped != emission {
+            self.warnings.push(format!(
+                "{} has an emission above {STRONGEST:e}; it is clamped",
                 self.label
             ));
         }
