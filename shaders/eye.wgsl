@@ -21,10 +21,12 @@ struct EyeUniform {
   frame: u32,
   shadow_rays: u32,
   light_candidates: u32,
+  paths: vec3u,                // that bring indirect light to a visible point, in fovea, transition, periphery
   chain_max: u32,
-  padding0: u32,
-  padding1: u32,
-  padding2: u32,
+  path_depth_max: u32,
+  resolve_first_row: u32,      // of the rows that are shown: those beside them are there for the filter
+  resolve_row_count: u32,
+  padding: u32,
 }
 
 @group(1) @binding(0) var<uniform> eye: EyeUniform;

@@ -189,7 +189,7 @@ impl<'a> Subject<'a> {
 
     /// Whether two sets of effects lead to the same shaders and passes: what one effect needs, another may need too.
     fn is_same_work(&self, a: Effects, b: Effects) -> bool {
-        let passes = self.technique.passes;
+        let passes = |effects| (self.technique.passes)(effects, self.params);
         a.constants() == b.constants() && passes(&a) == passes(&b)
     }
 

@@ -220,6 +220,28 @@ knobs! {
         /// Candidates of which each shadow ray keeps one.
         candidates: u32 = 4, 1, 64, "candidates", "Talbot et al. 2005";
     }
+    /// Indirect light by paths from where the eye looks.
+    indirect: Indirect {
+        /// Paths for each sample of the fovea.
+        paths: u32 = 1, 0, 1024, "paths", "with 4 samples a pixel: 4, enough by the prototype";
+        /// Paths for each sample of the transition.
+        transition_paths: u32 = 1, 0, 1024, "paths", "as in the fovea";
+        /// Paths for each sample of the periphery.
+        periphery_paths: u32 = 1, 0, 1024, "paths", "as in the fovea";
+        /// Most surfaces that such a path meets.
+        depth_max: u32 = 32, 1, 128, "surfaces", "as photon.depth_max";
+    }
+    /// The edge-avoiding filter over indirect light.
+    filter: Filter {
+        /// Levels over light that paths bring, each reaching twice as far as the one before; 0: none.
+        path_levels: u32 = 3, 0, 6, "levels", "3 in the prototype: as good as a Gaussian of 17x17 pixels, at half its cost";
+        /// Levels over light from photon density; 0: none.
+        photon_levels: u32 = 0, 0, 6, "levels", "photon density is smooth already; the papers filter it all the same";
+        /// Smallest cosine between the normals of two points across which light is filtered.
+        normal_cos_min: f32 = 0.9, -1.0, 1.0, "cosine", "as gather.normal_cos_min";
+        /// Steepest line between two points, against the tangent plane, along which light is filtered.
+        slope_max: f32 = 0.2, 0.001, 1.0, "1", "steps stop it, gentle curves don't";
+    }
     /// The eye's paths.
     eye: Eye {
         /// Most mirrors and glass faces that an eye path passes.

@@ -1,4 +1,4 @@
-//! The passes of one eye: visible points, direct light, density and caustic estimate, resolve, as far as they are called for; sample by
+//! The passes of one eye: visible points, what a technique lights them by, the filter, resolve, as far as they are called for; sample by
 //! sample, in bands of rows, so that the buffers of visible points stay small whatever the image's size.
 
 use std::f32::consts::PI;
@@ -6,13 +6,14 @@ use std::f32::consts::PI;
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::EyeImage;
+use super::filter::Filter;
+use super::light_pass::{Layer, LightPass};
 use crate::gpu::layout::{self, EyeUniform, VisiblePoint};
 use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, UniformSequence};
 use crate::gpu::resources::{self, SplitArray};
 use crate::gpu::shader::stages;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
-use crate::photon::{PhotonClass, PhotonMap, PhotonTracer};
 use crate::scene::effects::Effects;
 use crate::scene::gpu_scene::GpuScene;
 use crate::view::{Fov, View};
@@ -22,17 +23,7 @@ const GROUP: u32 = 64;
 /// Names of the passes, as the timings give them.
 pub const VISIBLE_POINTS: &str = "visible points";
 /// See [`VISIBLE_POINTS`].
-pub const DIRECT_LIGHT: &str = "direct light";
-/// See [`VISIBLE_POINTS`].
 pub const RESOLVE: &str = "resolve";
-
-/// The name of the pass that gathers a class of photons.
-pub fn estimate_of(class: PhotonClass) -> &'static str {
-    match class {
-        PhotonClass::Global => "density estimate",
-        PhotonClass::Caustic => "caustic estimate",
-    }
-}
 
 /// Most bytes that a band's visible points take.
 const BAND_BYTES: u64 = 64 << 20;
@@ -58,6 +49,10 @@ pub struct EyeSettings {
     pub shadow_rays: u32,
     /// Light candidates a shadow ray.
     pub light_candidates: u32,
+    /// Paths that bring indirect light to a visible point, in fovea, transition, periphery.
+    pub paths: [u32; 3],
+    /// Most surfaces that such a path meets.
+    pub path_depth_max: u32,
     /// Most traced vertices of an eye path.
     pub chain_max: u32,
     /// Seed of the random numbers; give each eye its own.
@@ -95,6 +90,12 @@ impl EyeSettings {
             ],
             shadow_rays: params.direct.shadow_rays,
             light_candidates: params.direct.candidates,
+            paths: [
+                params.indirect.paths,
+                params.indirect.transition_paths,
+                params.indirect.periphery_paths,
+            ],
+            path_depth_max: params.indirect.depth_max,
             chain_max: params.eye.chain_max,
             seed: params.random.seed,
             frame: 0,
@@ -102,13 +103,23 @@ impl EyeSettings {
     }
 }
 
-/// What lights an eye's visible points.
+/// What the eye passes start from.
 #[derive(Clone, Copy)]
-pub struct EyeLight<'a> {
-    /// Whether shadow rays bring light.
-    pub by_shadow_rays: bool,
-    /// Photons, by the store and the map that hold them.
-    pub photons: Option<(&'a PhotonTracer, &'a PhotonMap)>,
+pub struct EyeStart<'a> {
+    /// The device.
+    pub gpu: &'a GpuDevice,
+    /// The scene on it.
+    pub scene: &'a GpuScene,
+    /// What lights the visible points.
+    pub light: &'a [LightPass<'a>],
+    /// Levels of the filter over what is smooth of that light; 0: none.
+    pub filter_levels: u32,
+    /// What is simulated.
+    pub effects: Effects,
+    /// Pixels of the images, across and down.
+    pub size: (u32, u32),
+    /// Most samples a pixel.
+    pub samples_max: u32,
 }
 
 /// Buffers and kernels of the eye passes for one image size.
@@ -117,12 +128,16 @@ pub struct EyePass {
     visible_points: BoundKernel,
     /// What adds light at each slot, with the name of its pass.
     light: Vec<(&'static str, BoundKernel)>,
+    filter: Option<Filter>,
     resolve: Kernel,
     seen_emission: wgpu::Buffer,
     slot_radiance: wgpu::Buffer,
     width: u32,
     height: u32,
+    /// Rows of a band that are shown.
     band_rows: u32,
+    /// Rows above and below them that the filter looks at.
+    margin_rows: u32,
     samples_max: u32,
     /// Visible points that a pixel may have (shaders/eye.wgsl).
     slots: u32,
@@ -131,62 +146,76 @@ pub struct EyePass {
 }
 
 impl EyePass {
-    /// Prepares images of `width` × `height` with at most `samples_max` samples a pixel; `constants` are the shaders'.
+    /// Prepares the passes; `constants` are the shaders'.
     ///
     /// # Errors
     /// [`GpuError`] when a buffer can't be made.
-    pub fn new(
-        gpu: &GpuDevice,
-        scene: &GpuScene,
-        light: &EyeLight<'_>,
-        effects: &Effects,
-        constants: &Constants,
-        (width, height): (u32, u32),
-        samples_max: u32,
-    ) -> Result<Self, GpuError> {
+    pub fn new(start: &EyeStart<'_>, constants: &Constants) -> Result<Self, GpuError> {
+        let &EyeStart {
+            gpu,
+            scene,
+            light,
+            filter_levels,
+            effects,
+            size: (width, height),
+            samples_max,
+        } = start;
         let slots_a_pixel = if effects.has_chains() { 2 } else { 1 };
+        let margin_rows = Filter::reach_rows(filter_levels);
         let row_bytes =
             u64::from(width) * u64::from(slots_a_pixel) * size_of::<VisiblePoint>() as u64;
         let band_rows = (BAND_BYTES / row_bytes).clamp(1, u64::from(height.max(1))) as u32;
-        let pixels = u64::from(width) * u64::from(band_rows);
+        let rows = (band_rows + 2 * margin_rows).min(height.max(1));
+        let pixels = u64::from(width) * u64::from(rows);
         let slots = pixels * u64::from(slots_a_pixel);
         let bands = height.div_ceil(band_rows);
         let uniforms = UniformSequence::new::<EyeUniform>(gpu, "eye", bands * samples_max);
         let points = resources::storage::<VisiblePoint>(gpu, "visible_points_", slots)?;
         let seen_emission = resources::storage::<[f32; 4]>(gpu, "seen_emission", pixels)?;
         let slot_radiance = resources::storage::<[f32; 4]>(gpu, "slot_radiance", slots)?;
-        let mut bound = scene
+        let bound = scene
             .resources()
             .with("eye", uniforms.buffer())
             .with("visible_points_", &points)
             .with("seen_emission", &seen_emission)
             .with("slot_radiance", &slot_radiance);
-        if let Some((tracer, map)) = light.photons {
-            bound = bound.with_all(tracer.resources()).with_all(map.resources());
-        }
-        let photon_chunks = light.photons.map_or(1, |(tracer, _)| tracer.chunks());
         let image_chunks =
             SplitArray::chunk_count::<[f32; 4]>(u64::from(width) * u64::from(height));
         let size_of_name = |array: &str| match array {
             "image" => image_chunks,
-            _ => scene.shader_size(array).unwrap_or(photon_chunks),
+            _ => scene.shader_size(array).unwrap_or(1),
         };
         let runs = gpu.equal_runs();
         let constants = [constants, &[("RUNS", f64::from(runs))]].concat();
         let kernel = |stage| Kernel::new(gpu, stage, &constants, &size_of_name);
-        let mut light_passes = Vec::new();
-        if light.by_shadow_rays {
-            let bound = kernel(stages::direct_light)?.bind(gpu, &bound)?;
-            light_passes.push((DIRECT_LIGHT, bound));
-        }
-        for class in light.photons.iter().flat_map(|(_, map)| map.classes()) {
-            let constants = [constants.as_slice(), &[("CLASS", class.number())]].concat();
-            let kernel = Kernel::new(gpu, stages::density_estimate, &constants, &size_of_name)?;
-            light_passes.push((estimate_of(*class), kernel.bind(gpu, &bound)?));
-        }
+        let filter = match filter_levels {
+            0 => None,
+            levels => Some(Filter::new(
+                gpu,
+                &bound,
+                &constants,
+                &size_of_name,
+                slots,
+                levels,
+            )?),
+        };
+        let light = light
+            .iter()
+            .map(|pass| {
+                let constants = [constants.as_slice(), &pass.constants].concat();
+                let size_of_name = |array: &str| scene.shader_size(array).unwrap_or(pass.chunks);
+                let kernel = Kernel::new(gpu, pass.stage, &constants, &size_of_name)?;
+                let mut bound = bound.clone().with_all(pass.resources.clone());
+                if let (Layer::Smooth, Some(filter)) = (pass.layer, &filter) {
+                    bound = bound.with("slot_radiance", filter.smooth_radiance());
+                }
+                Ok((pass.name, kernel.bind(gpu, &bound)?))
+            })
+            .collect::<Result<_, GpuError>>()?;
         Ok(Self {
             visible_points: kernel(stages::visible_points)?.bind(gpu, &bound)?,
-            light: light_passes,
+            light,
+            filter,
             resolve: kernel(stages::resolve)?,
             uniforms,
             seen_emission,
@@ -194,6 +223,7 @@ impl EyePass {
             width,
             height,
             band_rows,
+            margin_rows,
             samples_max,
             slots: slots_a_pixel,
             runs,
@@ -220,9 +250,15 @@ impl EyePass {
         for (index, value) in values.iter().enumerate() {
             let pixels = (value.row_count * self.width).next_multiple_of(GROUP * self.runs);
             self.uniforms.select(recorder, index as u32);
+            if let Some(filter) = &self.filter {
+                filter.clear(recorder);
+            }
             recorder.pass(VISIBLE_POINTS, &[(&self.visible_points, pixels)]);
             for (name, kernel) in &self.light {
                 recorder.pass(name, &[(kernel, pixels * self.slots)]);
+            }
+            if let Some(filter) = &self.filter {
+                filter.record(recorder, pixels * self.slots);
             }
             recorder.pass(RESOLVE, &[(&resolve, pixels)]);
             recorder.submit();
@@ -249,17 +285,23 @@ impl EyePass {
             frame: settings.frame,
             shadow_rays: settings.shadow_rays,
             light_candidates: settings.light_candidates,
+            paths: settings.paths,
+            path_depth_max: settings.path_depth_max,
             chain_max: settings.chain_max,
             ..Default::default()
         };
         let most_samples = samples.into_iter().max().unwrap_or(1);
         (0..self.height)
             .step_by(self.band_rows as usize)
-            .flat_map(|first_row| {
-                let row_count = self.band_rows.min(self.height - first_row);
+            .flat_map(|shown_row| {
+                let shown_rows = self.band_rows.min(self.height - shown_row);
+                let first_row = shown_row.saturating_sub(self.margin_rows);
+                let end_row = (shown_row + shown_rows + self.margin_rows).min(self.height);
                 (0..most_samples).map(move |sample| EyeUniform {
                     first_row,
-                    row_count,
+                    row_count: end_row - first_row,
+                    resolve_first_row: shown_row,
+                    resolve_row_count: shown_rows,
                     sample,
                     ..whole
                 })

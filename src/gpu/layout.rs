@@ -251,10 +251,12 @@ shared_struct! {
         frame: u32,
         shadow_rays: u32,
         light_candidates: u32,
+        paths: [u32; 3],
         chain_max: u32,
-        padding0: u32,
-        padding1: u32,
-        padding2: u32,
+        path_depth_max: u32,
+        resolve_first_row: u32,
+        resolve_row_count: u32,
+        padding: u32,
     }
 }
 

@@ -1,10 +1,11 @@
 //! Light transport methods, one file each, behind one small trait. A technique composes photon/, gather/ and image/; they know none.
 
 pub mod path;
+pub mod path_filtered;
 pub mod pm;
 pub mod radius;
 
-use crate::gather::{EyeImage, EyeSettings};
+use crate::gather::{EyeImage, EyeSettings, EyeStart, LightPass};
 use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
@@ -79,6 +80,44 @@ pub struct Start<'s, 'w> {
     pub size: (u32, u32),
 }
 
+impl<'s, 'w> Start<'s, 'w> {
+    /// The constants that all shaders of a technique get.
+    fn shader_constants(&self) -> Vec<(&'static str, f64)> {
+        let params = self.params;
+        let mut constants = self.effects.constants();
+        constants.extend(
+            [
+                ("GATHERED_ALPHA_MIN", params.gather.glossy_alpha_min),
+                ("COVERAGE_RAYS", params.gather.coverage_rays as f32),
+                ("FILTER_NORMAL_COS_MIN", params.filter.normal_cos_min),
+                ("FILTER_SLOPE_MAX", params.filter.slope_max),
+            ]
+            .map(|(name, value)| (name, f64::from(value))),
+        );
+        constants
+    }
+
+    /// What the eye passes start from when they are lit by `light`, the smooth of it through so many levels of the filter.
+    fn eyes<'a>(&self, light: &'a [LightPass<'a>], filter_levels: u32) -> EyeStart<'a>
+    where
+        'w: 'a,
+    {
+        let fovea = &self.params.fovea;
+        EyeStart {
+            gpu: self.gpu,
+            scene: self.on_gpu,
+            light,
+            filter_levels,
+            effects: self.effects,
+            size: self.size,
+            samples_max: fovea
+                .samples
+                .max(fovea.transition_samples)
+                .max(fovea.periphery_samples),
+        }
+    }
+}
+
 /// Counts of one frame, by name, in a fixed order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statistics {
@@ -102,8 +141,8 @@ pub struct TechniqueEntry {
     pub has_photons: bool,
     /// Whether it finds lights without photons: by shadow rays, or by paths.
     pub has_direct_light: bool,
-    /// The passes of a frame with these effects as the timings name them, in order.
-    pub passes: fn(&Effects) -> Vec<&'static str>,
+    /// The passes of a frame with these effects and parameters as the timings name them, in order.
+    pub passes: fn(&Effects, &Params) -> Vec<&'static str>,
     /// Prepares it for a scene and an image size.
     pub start: StartTechnique,
 }
@@ -112,7 +151,9 @@ pub struct TechniqueEntry {
 pub type StartTechnique = for<'s> fn(&Start<'s, '_>) -> Result<Box<dyn Technique + 's>, GpuError>;
 
 /// What photon mapping reads.
-const PHOTON_ROOMS: &[&str] = &["photon", "gather", "direct", "eye", "fovea", "effects"];
+const PHOTON_ROOMS: &[&str] = &[
+    "photon", "gather", "direct", "filter", "eye", "fovea", "effects",
+];
 
 /// Every technique there is. A new one joins by its line.
 pub const REGISTRY: &[TechniqueEntry] = &[
@@ -123,7 +164,9 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         effort: "photon.count",
         has_photons: true,
         has_direct_light: true,
-        passes: |effects| pm::Plan::of(pm::DirectLight::ShadowRays, effects).passes(),
+        passes: |effects, params| {
+            pm::Plan::of(pm::DirectLight::ShadowRays, effects, params).passes()
+        },
         start: |start| pm::PhotonMapping::start(start, pm::DirectLight::ShadowRays),
     },
     TechniqueEntry {
@@ -133,8 +176,18 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         effort: "photon.count",
         has_photons: true,
         has_direct_light: false,
-        passes: |effects| pm::Plan::of(pm::DirectLight::Photons, effects).passes(),
+        passes: |effects, params| pm::Plan::of(pm::DirectLight::Photons, effects, params).passes(),
         start: |start| pm::PhotonMapping::start(start, pm::DirectLight::Photons),
+    },
+    TechniqueEntry {
+        name: "path-filtered",
+        about: "path tracing on the GPU, indirect light through an edge-avoiding filter",
+        rooms: &["indirect", "direct", "filter", "eye", "fovea", "effects"],
+        effort: "indirect.paths",
+        has_photons: false,
+        has_direct_light: true,
+        passes: path_filtered::passes,
+        start: path_filtered::FilteredPaths::start,
     },
     TechniqueEntry {
         name: "path",
@@ -143,7 +196,7 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         effort: "path.samples",
         has_photons: false,
         has_direct_light: true,
-        passes: |_| path::PASSES.to_vec(),
+        passes: |_, _| path::PASSES.to_vec(),
         start: path::PathTracing::start,
     },
 ];

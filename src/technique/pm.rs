@@ -5,7 +5,7 @@
 
 use super::radius::{RadiusRule, shrink_factor};
 use super::{FrameSettings, Start, Statistics, Technique};
-use crate::gather::{EyeImage, EyeLight, EyePass, EyeSettings, eye_pass};
+use crate::gather::{EyeImage, EyePass, EyeSettings, LightPass, eye_pass, filter, light_pass};
 use crate::gpu::layout::PhotonCounters;
 use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
@@ -31,22 +31,26 @@ pub struct Plan {
     pub photons: bool,
     /// A class of photons for caustics.
     pub caustics: bool,
+    /// The filter over what photons of the other class bring.
+    pub filter: bool,
 }
 
 impl Plan {
     /// What a frame needs.
-    pub fn of(direct: DirectLight, effects: &Effects) -> Self {
+    pub fn of(direct: DirectLight, effects: &Effects, params: &Params) -> Self {
         let is_lit = effects.area_light || effects.has_delta_lights();
         let has_sharp_highlights =
             effects.has_delta_lights() && effects.has_chains() && effects.glossy;
-        let photons = match direct {
-            DirectLight::Photons => is_lit,
-            DirectLight::ShadowRays => is_lit && (effects.indirect || effects.caustics),
-        };
+        let photons = params.photon.count > 0
+            && match direct {
+                DirectLight::Photons => is_lit,
+                DirectLight::ShadowRays => is_lit && (effects.indirect || effects.caustics),
+            };
         Self {
             direct_light: has_sharp_highlights || (is_lit && direct == DirectLight::ShadowRays),
             photons,
             caustics: photons && effects.caustics,
+            filter: photons && params.filter.photon_levels > 0,
         }
     }
 
@@ -56,9 +60,10 @@ impl Plan {
             (self.photons, trace::TRACING),
             (self.photons, map::SORTING),
             (true, eye_pass::VISIBLE_POINTS),
-            (self.direct_light, eye_pass::DIRECT_LIGHT),
-            (self.photons, eye_pass::estimate_of(PhotonClass::Global)),
-            (self.caustics, eye_pass::estimate_of(PhotonClass::Caustic)),
+            (self.direct_light, light_pass::DIRECT_LIGHT),
+            (self.photons, light_pass::estimate_of(PhotonClass::Global)),
+            (self.caustics, light_pass::estimate_of(PhotonClass::Caustic)),
+            (self.filter, filter::FILTER),
             (true, eye_pass::RESOLVE),
         ]
         .into_iter()
@@ -89,26 +94,19 @@ impl PhotonMapping {
         let &Start {
             gpu,
             on_gpu: scene,
-            effects,
             params,
-            size,
             ..
         } = start;
-        let plan = Plan::of(direct, &effects);
+        let plan = Plan::of(direct, &start.effects, params);
         let by_photons = direct == DirectLight::Photons;
         let flag = |on: bool| f64::from(u8::from(on));
-        let mut constants = effects.constants();
+        let mut constants = start.shader_constants();
         constants.extend([
-            (
-                "GATHERED_ALPHA_MIN",
-                f64::from(params.gather.glossy_alpha_min),
-            ),
-            ("COVERAGE_RAYS", f64::from(params.gather.coverage_rays)),
             ("STORE_DIRECT", flag(by_photons)),
             ("DIRECT_TO_GATHERED", flag(!by_photons)),
             ("HAS_CAUSTICS", flag(plan.caustics)),
         ]);
-        let photons = match plan.photons && params.photon.count > 0 {
+        let photons = match plan.photons {
             false => None,
             true => {
                 let tracer = PhotonTracer::new(gpu, scene, params, &constants)?;
@@ -116,16 +114,19 @@ impl PhotonMapping {
                 Some((tracer, map))
             }
         };
-        let light = EyeLight {
-            by_shadow_rays: plan.direct_light,
-            photons: photons.as_ref().map(|(tracer, map)| (tracer, map)),
+        let mut light = Vec::new();
+        if plan.direct_light {
+            light.push(LightPass::shadow_rays());
+        }
+        if let Some((tracer, map)) = &photons {
+            let classes = map.classes().iter();
+            light.extend(classes.map(|class| LightPass::photons(tracer, map, *class)));
+        }
+        let levels = match plan.filter {
+            true => params.filter.photon_levels,
+            false => 0,
         };
-        let fovea = &params.fovea;
-        let samples_max = fovea
-            .samples
-            .max(fovea.transition_samples)
-            .max(fovea.periphery_samples);
-        let eyes = EyePass::new(gpu, scene, &light, &effects, &constants, size, samples_max)?;
+        let eyes = EyePass::new(&start.eyes(&light, levels), &constants)?;
         let radius = RadiusRule::of(scene);
         let first_radius_m = radius.first_m(params);
         Ok(Box::new(Self {

@@ -95,7 +95,11 @@ fn every_scene_looks_the_same_with_its_own_effects_as_with_all_and_takes_no_long
                     [own, Effects::ALL].map(|effects| subject.start(effects).unwrap().0);
                 let passes = alone.add_pass().unwrap();
                 let passes: Vec<&str> = passes.iter().map(|pass| pass.name).collect();
-                assert_eq!(passes, (subject.technique.passes)(&own), "{what}");
+                assert_eq!(
+                    passes,
+                    (subject.technique.passes)(&own, &subject.params),
+                    "{what}"
+                );
                 all.add_pass().unwrap();
                 let pictures = [&alone, &all].map(|still| still.read().unwrap());
                 assert_same(&pictures[0], &pictures[1], &format!("{technique} {what}"));

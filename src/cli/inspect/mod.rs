@@ -220,7 +220,7 @@ impl Inspection {
             effects: reports,
             passes: technique::REGISTRY
                 .iter()
-                .map(|entry| (entry.name, passes(entry, &effects)))
+                .map(|entry| (entry.name, passes(entry, &effects, params)))
                 .collect(),
             effect_costs: None,
             warnings: scene.warnings.clone(),
@@ -229,9 +229,12 @@ impl Inspection {
 }
 
 /// The passes of a session's frame, with what moves the scene first.
-fn passes(entry: &TechniqueEntry, effects: &Effects) -> Vec<&'static str> {
+fn passes(entry: &TechniqueEntry, effects: &Effects, params: &Params) -> Vec<&'static str> {
     let motion = effects.has_motion().then_some(frame::MOTION);
-    motion.into_iter().chain((entry.passes)(effects)).collect()
+    motion
+        .into_iter()
+        .chain((entry.passes)(effects, params))
+        .collect()
 }
 
 fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
