@@ -1,20 +1,17 @@
-//! use eye, photon_paths, photon_map, coverage
+//! use eye, gather
 // Light that photons of one class bring to each visible point, estimated from their density on the surface.
-// Source: Jensen 1996, section 3.2, with an Epanechnikov kernel of two dimensions; normals are tested before a photon counts, so
-// that the far side of a thin wall stays dark. Where only a part of the disc lies on the surface, photons beyond it don't count, and
-// the kernel is normalised over that part (shaders/coverage.wgsl).
-// Limits: a photon counts only within `flatness` radii of the tangent plane.
+// Source: see gather.wgsl. Where only a part of the disc lies on the surface, photons beyond it don't count, and the kernel is
+// normalised over that part (shaders/coverage.wgsl).
+// Limits: see gather.wgsl.
 
 /// GLOBAL or CAUSTIC: each class has its own pass.
 override CLASS: u32 = 0u;
+/// Only the periphery's share of this light is wanted, as paths bring the rest.
+override PERIPHERY_ONLY: bool = false;
 
 @group(1) @binding(1) var<storage, read_write> visible_points_: array<VisiblePoint>;
 @group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
 @group(1) @binding(4) var<storage, read> counters: PhotonCounters;
-@group(1) @binding(5) var<storage, read> cell_counts: array<u32>;
-//! split map_position: vec4f, read, 1, 48
-//! split map_flux: vec4f, read, 1, 64
-
 struct Receiver {
   position: vec3f,
   normal: vec3f,
@@ -24,40 +21,13 @@ struct Receiver {
   is_cut: bool,          // a wall or an edge crosses the disc
 }
 
-/// The kernel's value for a photon, 0 where it does not count.
-fn kernel_at(receiver: Receiver, photon: vec3f, packed_normal: u32, inverse_radius2: f32, plane_reach_m: f32) -> f32 {
-  let offset = photon - receiver.position;
-  let kernel = 1.0 - dot(offset, offset) * inverse_radius2;
-  let counts = kernel > 0.0 && abs(dot(offset, receiver.geometric_normal)) <= plane_reach_m
-    && dot(unpack_normal(packed_normal), receiver.geometric_normal) >= photon_map.normal_cos_min;
-  return select(0.0, kernel, counts);
-}
-
-/// The photons of three neighbouring cells along x: the first, and the one after the last.
-fn run_of_cells(x_first: i32, x_last: i32, y: i32, z: i32) -> vec2u {
-  let dimensions = vec3i(photon_map.grids[CLASS].dimensions);
-  if (x_first > x_last || y < 0 || z < 0 || y >= dimensions.y || z >= dimensions.z) { return vec2u(0u); }
-  return vec2u(cell_counts[cell_key(CLASS, vec3i(x_first, y, z))], cell_counts[cell_key(CLASS, vec3i(x_last, y, z)) + 1u]);
-}
-
-/// Whether any photon lies in the cells around a point: most points see no caustic, and need no look at their surroundings for it.
-fn has_photons_near(position: vec3f) -> bool {
-  let cell = grid_cell(CLASS, position);
-  let x_first = max(cell.x - 1, 0);
-  let x_last = min(cell.x + 1, i32(photon_map.grids[CLASS].dimensions.x) - 1);
-  var count = 0u;
-  for (var row = 0; row < 9; row++) {
-    let run = run_of_cells(x_first, x_last, cell.y + row % 3 - 1, cell.z + row / 3 - 1);
-    count += run.y - run.x;
-  }
-  return count > 0u;
+fn kernel_of(receiver: Receiver, photon: vec3f, packed_normal: u32, inverse_radius2: f32, plane_reach_m: f32) -> f32 {
+  return kernel_at(receiver.position, receiver.geometric_normal, photon, packed_normal, inverse_radius2, plane_reach_m);
 }
 
 /// Reflected radiance before the division by the count of emitted paths, W/(m2 sr).
 fn gather(receiver: Receiver, radius_m: f32) -> vec3f {
   let cell = grid_cell(CLASS, receiver.position);
-  let x_first = max(cell.x - 1, 0);
-  let x_last = min(cell.x + 1, i32(photon_map.grids[CLASS].dimensions.x) - 1);
   let inverse_radius2 = 1.0 / (radius_m * radius_m);
   let plane_reach_m = photon_map.flatness * radius_m;
   let is_lambert = !(HAS_SPECULAR && (reflects(receiver.bsdf) || receiver.bsdf.coat_f90 != 0.0));
@@ -66,34 +36,32 @@ fn gather(receiver: Receiver, radius_m: f32) -> vec3f {
   for (var once = 0u; once < select(0u, 1u, receiver.is_cut); once++) { share = set_free_polygon(radius_m); }
   var lambert_sum = vec3f(0.0);
   var sum = vec3f(0.0);
-  for (var dz = -1; dz <= 1; dz++) {
-    for (var dy = -1; dy <= 1; dy++) {
-      let run = run_of_cells(x_first, x_last, cell.y + dy, cell.z + dz);
-      let first = run.x;
-      let last = run.y;
-      // Bare Lambert reflects all photons alike: its BSDF comes out of the sum. Three loops, two of them empty, because software drivers
-      // compute both sides of a branch but leave a loop that nobody needs.
-      let whole_last = select(first, last, is_lambert && !receiver.is_cut);
-      let cut_last = select(whole_last, last, is_lambert);
-      for (var i = first; i < whole_last; i++) {
-        let photon = load_map_position(i);
-        let flux = load_map_flux(i);
-        lambert_sum += flux.xyz * kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
-      }
-      for (var i = whole_last; i < cut_last; i++) {
-        let photon = load_map_position(i);
-        let flux = load_map_flux(i);
-        let kernel = kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
-        lambert_sum += flux.xyz * select(0.0, kernel, is_free(photon.xyz - receiver.position, tangents));
-      }
-      for (var i = cut_last; i < last; i++) {
-        let photon = load_map_position(i);
-        let flux = load_map_flux(i);
-        var kernel = kernel_at(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
-        if (receiver.is_cut && !is_free(photon.xyz - receiver.position, tangents)) { kernel = 0.0; }
-        let wi = unpack_direction(bitcast<u32>(photon.w));
-        sum += flux.xyz * gathered_bsdf(receiver.bsdf, receiver.normal, receiver.wo, wi) * kernel;
-      }
+  for (var row = 0; row < 9; row++) {
+    let run = run_around(CLASS, cell, row);
+    let first = run.x;
+    let last = run.y;
+    // Bare Lambert reflects all photons alike: its BSDF comes out of the sum. Three loops, two of them empty, because software drivers
+    // compute both sides of a branch but leave a loop that nobody needs.
+    let whole_last = select(first, last, is_lambert && !receiver.is_cut);
+    let cut_last = select(whole_last, last, is_lambert);
+    for (var i = first; i < whole_last; i++) {
+      let photon = load_map_position(i);
+      let flux = load_map_flux(i);
+      lambert_sum += flux.xyz * kernel_of(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
+    }
+    for (var i = whole_last; i < cut_last; i++) {
+      let photon = load_map_position(i);
+      let flux = load_map_flux(i);
+      let kernel = kernel_of(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
+      lambert_sum += flux.xyz * select(0.0, kernel, is_free(photon.xyz - receiver.position, tangents));
+    }
+    for (var i = cut_last; i < last; i++) {
+      let photon = load_map_position(i);
+      let flux = load_map_flux(i);
+      var kernel = kernel_of(receiver, photon.xyz, bitcast<u32>(flux.w), inverse_radius2, plane_reach_m);
+      if (receiver.is_cut && !is_free(photon.xyz - receiver.position, tangents)) { kernel = 0.0; }
+      let wi = unpack_direction(bitcast<u32>(photon.w));
+      sum += flux.xyz * gathered_bsdf(receiver.bsdf, receiver.normal, receiver.wo, wi) * kernel;
     }
   }
   sum += lambert_sum * receiver.bsdf.diffuse / PI;
@@ -108,13 +76,16 @@ fn density_estimate(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups
   if (slot >= slots_a_pixel() * band_pixel_count()) { return; }
   let point = visible_points_[slot];
   if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u) { return; }
-  if (CLASS == CAUSTIC && !has_photons_near(point.position)) { return; }
-  let scale = radius_scale_at(pixel_centre_eccentricity_rad(slot % band_pixel_count()));
+  if (CLASS == CAUSTIC && !has_photons_near(CLASS, point.position)) { return; }
+  let e_rad = pixel_centre_eccentricity_rad(slot % band_pixel_count());
+  let share = select(1.0, periphery_share(e_rad), PERIPHERY_ONLY);
+  if (share <= 0.0) { return; }
+  let scale = radius_scale_at(e_rad);
   let geometric_normal = unpack_direction(point.packed_geometric_normal);
   let radius_m = select(photon_map.global_radius_m, photon_map.caustic_radius_m, CLASS == CAUSTIC) * scale;
   let is_cut = find_cut(point.position, geometric_normal, radius_m);
   let receiver = Receiver(point.position, unpack_direction(point.packed_normal), geometric_normal,
                           unpack_direction(point.packed_wo), bsdf_of(point), is_cut);
   let sum = gather(receiver, radius_m);
-  slot_radiance[slot] += vec4f(point.throughput * sum / f32(counters.emitted), 0.0);
+  slot_radiance[slot] += vec4f(point.throughput * sum * (share / f32(counters.emitted)), 0.0);
 }

@@ -7,6 +7,9 @@
 override HAS_CAUSTICS: bool = true;
 /// All light from photon density: photons straight from a light are stored too.
 override STORE_DIRECT: bool = false;
+/// The classes that are stored. Where only caustic photons are, paths end where they cease to make them.
+override STORES_GLOBAL: bool = true;
+override STORES_CAUSTIC: bool = true;
 
 @group(1) @binding(1) var<storage, read_write> paths: array<PhotonPath>;
 @group(1) @binding(2) var<storage, read_write> counters: PhotonCounters;
@@ -21,6 +24,8 @@ fn cosine_ratio(cos_of_one: f32, cos_of_other: f32) -> f32 {
 
 fn bounce(index: u32) -> u32 {
   var path = paths[index];
+  // Aimed at nothing that its light reaches.
+  if (!STORES_GLOBAL && !any(path.flux_w > vec3f(0.0))) { return 0u; }
   let ray = Ray(path.origin, 3.0e38, path.direction);
   let hit = trace(ray, false);
   if (hit.triangle == NO_TRIANGLE) { return 0u; }
@@ -36,8 +41,11 @@ fn bounce(index: u32) -> u32 {
   let has_diffused = (path.state & PATH_DIFFUSED) != 0u;
   var flags = 0u;
   if (stores_photons(surface.material) && (STORE_DIRECT || tracing.bounce > 0u)) {
-    staged[index] = Photon(surface.position, pack_direction(wo), arrived_w, pack_normal(surface.geometric_normal));
-    flags = LEAVES_PHOTON | select(0u, IS_CAUSTIC, HAS_CAUSTICS && tracing.bounce > 0u && !has_diffused);
+    let is_caustic = HAS_CAUSTICS && tracing.bounce > 0u && !has_diffused;
+    if (select(STORES_GLOBAL, STORES_CAUSTIC, is_caustic)) {
+      staged[index] = Photon(surface.position, pack_direction(wo), arrived_w, pack_normal(surface.geometric_normal));
+      flags = LEAVES_PHOTON | select(0u, IS_CAUSTIC, is_caustic);
+    }
   }
   if (tracing.bounce + 1u >= tracing.depth_max) { return flags; }
 
@@ -83,6 +91,7 @@ fn bounce(index: u32) -> u32 {
       scatter = Scatter(wi, lambert(bsdf, n, wo, wi) * (PI / (1.0 - chance)), false);
     }
   }
+  if (!STORES_GLOBAL && leaves_gathered_lobe) { return flags; }
   scatter = at_real_surface(scatter, surface.geometric_normal);
   // What is mirrored or refracted keeps all its flux.
   let left = select(1.0, cosine_ratio(abs(dot(scatter.direction, surface.geometric_normal)), abs(dot(scatter.direction, n))), is_diffused);

@@ -144,20 +144,21 @@ impl<'a> FrameRenderer<'a> {
             let move_scene = || self.on_gpu.set_pose(self.gpu, &pose);
             recorder.on_host(MOTION, move_scene);
         }
-        self.technique.prepare(
-            &mut recorder,
-            &FrameSettings {
-                frame: input.index,
-                pass: 0,
-                pose: &pose,
-            },
-        )?;
-        for ((eye, view), image) in eyes.iter().zip(&views).zip(&self.images) {
+        // Without a place or a field of view there is no picture: it stays black.
+        let drawn = eyes.iter().zip(&views).zip(&self.images);
+        let drawn = Vec::from_iter(drawn.filter(|((_, view), _)| view.is_drawable()));
+        let frame = FrameSettings {
+            frame: input.index,
+            pass: 0,
+            pose: &pose,
+            eyes: &Vec::from_iter(drawn.iter().map(|((eye, _), _)| **eye)),
+        };
+        self.technique.prepare(&mut recorder, &frame)?;
+        for image in &self.images {
             image.clear(recorder.encoder());
-            // Without a place or a field of view there is no picture: it stays black.
-            if view.is_drawable() {
-                self.technique.shade(&mut recorder, eye, image)?;
-            }
+        }
+        for ((eye, _), image) in drawn {
+            self.technique.shade(&mut recorder, eye, image)?;
         }
         for (image, target) in self.images.iter().zip(targets) {
             let exposure_ev = self.params.display.exposure_ev;

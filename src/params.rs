@@ -231,6 +231,17 @@ knobs! {
         /// Most surfaces that such a path meets.
         depth_max: u32 = 32, 1, 128, "surfaces", "as photon.depth_max";
     }
+    /// Irradiance records, in which paths of `fpm` end.
+    record: Record {
+        /// Records a frame.
+        count: u32 = 4096, 1, 1_048_576, "records", "3 to 10 % of the stored photons in the prototype";
+        /// Records of a grid cell that a path looks at, of those that lie in it.
+        per_cell: u32 = 4, 1, 64, "records", "chosen, not measured";
+        /// How far a path looks for a record, in gather radii.
+        radius_scale: f32 = 1.0, 0.1, 8.0, "radii", "a record is blurred over one radius already";
+        /// Photons a frame that are aimed at mirrors and glass, for the caustics.
+        caustic_photons: u32 = 30_000, 0, 64_000_000, "photons", "as good as 3 million that are not aimed, in the prototype";
+    }
     /// The edge-avoiding filter over indirect light.
     filter: Filter {
         /// Levels over light that paths bring, each reaching twice as far as the one before; 0: none.

@@ -112,16 +112,17 @@ impl<'a> Still<'a> {
         if self.passes == 0 || self.scatter.is_some() {
             self.image.clear(recorder.encoder());
         }
-        let frame = FrameSettings {
-            frame: self.frame,
-            pass: self.passes,
-            pose: &self.pose,
-        };
-        self.technique.prepare(&mut recorder, &frame)?;
         let eye = EyeSettings {
             frame: self.frame,
             ..self.eye
         };
+        let frame = FrameSettings {
+            frame: self.frame,
+            pass: self.passes,
+            pose: &self.pose,
+            eyes: &[eye],
+        };
+        self.technique.prepare(&mut recorder, &frame)?;
         self.technique.shade(&mut recorder, &eye, &self.image)?;
         let times = recorder.finish()?;
         if let Some(scatter) = &mut self.scatter {

@@ -49,6 +49,7 @@ fn host_and_shader_agree_on_every_shared_struct() {
     compare::<layout::TextureUse>("visible_points").unwrap();
     compare::<layout::Object>("visible_points").unwrap();
     compare::<layout::Light>("direct_light").unwrap();
+    compare::<layout::SpecularTarget>("photon_aim").unwrap();
     compare::<layout::TraceUniform>("photon_bounce").unwrap();
     compare::<layout::PhotonCounters>("photon_bounce").unwrap();
     compare::<layout::PhotonPath>("photon_bounce").unwrap();

@@ -103,6 +103,32 @@ impl EyeSettings {
     }
 }
 
+impl EyeSettings {
+    /// The settings as shaders read them, for an image of `size`; band and sample are still to be filled in.
+    pub(super) fn uniform(&self, (width, height): (u32, u32)) -> EyeUniform {
+        let corner = self.fov.slope_at(Vec2::ZERO);
+        EyeUniform {
+            scene_from_view: layout::affine_rows(self.scene_from_view),
+            slope_left_top: corner.to_array(),
+            slope_extent: (self.fov.slope_at(Vec2::ONE) - corner).to_array(),
+            gaze_dir_in_view: self.gaze_dir_in_view.to_array(),
+            fovea_radius_rad: self.fovea_radius_rad,
+            size: [width, height],
+            samples: self.samples,
+            transition_radius_rad: self.transition_radius_rad,
+            radius_scale: self.radius_scale,
+            seed: self.seed,
+            frame: self.frame,
+            shadow_rays: self.shadow_rays,
+            light_candidates: self.light_candidates,
+            paths: self.paths,
+            path_depth_max: self.path_depth_max,
+            chain_max: self.chain_max,
+            ..Default::default()
+        }
+    }
+}
+
 /// What the eye passes start from.
 #[derive(Clone, Copy)]
 pub struct EyeStart<'a> {
@@ -267,28 +293,12 @@ impl EyePass {
     }
 
     fn uniform_values(&self, settings: &EyeSettings) -> Vec<EyeUniform> {
-        let corner = settings.fov.slope_at(Vec2::ZERO);
         let samples = settings
             .samples
             .map(|count| count.clamp(1, self.samples_max));
         let whole = EyeUniform {
-            scene_from_view: layout::affine_rows(settings.scene_from_view),
-            slope_left_top: corner.to_array(),
-            slope_extent: (settings.fov.slope_at(Vec2::ONE) - corner).to_array(),
-            gaze_dir_in_view: settings.gaze_dir_in_view.to_array(),
-            fovea_radius_rad: settings.fovea_radius_rad,
-            size: [self.width, self.height],
             samples,
-            transition_radius_rad: settings.transition_radius_rad,
-            radius_scale: settings.radius_scale,
-            seed: settings.seed,
-            frame: settings.frame,
-            shadow_rays: settings.shadow_rays,
-            light_candidates: settings.light_candidates,
-            paths: settings.paths,
-            path_depth_max: settings.path_depth_max,
-            chain_max: settings.chain_max,
-            ..Default::default()
+            ..settings.uniform((self.width, self.height))
         };
         let most_samples = samples.into_iter().max().unwrap_or(1);
         (0..self.height)

@@ -1,8 +1,9 @@
 //! What can bring light to visible points: one kernel each, told by a technique to the eye pass.
 
+use super::IrradianceRecords;
 use crate::gpu::pass::Resources;
 use crate::gpu::shader::{Stage, stages};
-use crate::photon::{PhotonClass, PhotonMap, PhotonTracer};
+use crate::photon::{PhotonClass, PhotonMap, PhotonStore};
 
 /// Name of the pass, as the timings give it.
 pub const DIRECT_LIGHT: &str = "direct light";
@@ -65,14 +66,32 @@ impl<'a> LightPass<'a> {
         }
     }
 
+    /// Paths out of the focus region that end in irradiance records; caustics on what they start from are left to photons.
+    pub fn foveated(records: &'a IrradianceRecords) -> Self {
+        let (store, map) = records.map();
+        Self {
+            stage: stages::foveated_light,
+            constants: vec![("CAUSTICS_BY_PHOTONS", 1.0)],
+            resources: store.resources().with_all(map.resources()),
+            chunks: store.chunks(),
+            ..Self::paths()
+        }
+    }
+
+    /// Only the periphery's share of this light.
+    pub fn in_periphery(mut self) -> Self {
+        self.constants.push(("PERIPHERY_ONLY", 1.0));
+        self
+    }
+
     /// The density of one class of photons.
-    pub fn photons(tracer: &'a PhotonTracer, map: &'a PhotonMap, class: PhotonClass) -> Self {
+    pub fn photons(store: &'a PhotonStore, map: &'a PhotonMap, class: PhotonClass) -> Self {
         Self {
             name: estimate_of(class),
             stage: stages::density_estimate,
             constants: vec![("CLASS", class.number())],
-            resources: tracer.resources().with_all(map.resources()),
-            chunks: tracer.chunks(),
+            resources: store.resources().with_all(map.resources()),
+            chunks: store.chunks(),
             layer: match class {
                 PhotonClass::Global => Layer::Smooth,
                 PhotonClass::Caustic => Layer::Sharp,

@@ -139,6 +139,18 @@ shared_struct! {
 }
 
 shared_struct! {
+    /// A sphere around what is specular.
+    SpecularTarget {
+        center: [f32; 3],
+        radius_m: f32,
+        importance: f32,
+        padding0: u32,
+        padding1: u32,
+        padding2: u32,
+    }
+}
+
+shared_struct! {
     /// One wavefront's numbers.
     TraceUniform {
         seed: u32,

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::sort::{PrefixSum, RadixSort};
-use super::trace::PhotonTracer;
+use super::store::PhotonStore;
 use crate::gpu::layout::{PhotonGrid, PhotonMapUniform};
 use crate::gpu::pass::{BoundKernel, Kernel, Recorder, Resources};
 use crate::gpu::resources::{self, SplitArray};
@@ -41,7 +41,7 @@ pub const SORTING: &str = "photon sorting";
 /// How a map is gathered from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapSettings {
-    /// Radius of the global class in the fovea, metres.
+    /// Radius of the global class in the fovea, metres; no matter where the map has none.
     pub global_radius_m: f32,
     /// Radius of the caustic class in the fovea, metres; no matter where the map has none.
     pub caustic_radius_m: f32,
@@ -66,26 +66,26 @@ pub struct PhotonMap {
     arrange: BoundKernel,
     capacity: u32,
     bounds: Aabb,
-    has_caustics: bool,
+    classes: &'static [PhotonClass],
     cell_count: u32,
 }
 
 impl PhotonMap {
-    /// Room for all the photons that `tracer` can store, over `bounds`, with a class of their own for caustic ones or without.
+    /// Room for all the photons of `store`, over `bounds`, told apart in `classes`, each once: those that are stored.
     ///
     /// # Errors
     /// [`GpuError::BufferTooLarge`] when the map does not fit the device.
     pub fn new(
         gpu: &GpuDevice,
-        tracer: &PhotonTracer,
+        store: &PhotonStore,
         bounds: Aabb,
-        has_caustics: bool,
+        classes: &'static [PhotonClass],
     ) -> Result<Self, GpuError> {
-        let capacity = tracer.capacity();
+        let capacity = store.capacity();
         let count = u64::from(capacity);
         let uniform = resources::uniform::<PhotonMapUniform>(gpu, "photon_map");
         // One more than the cells: the last entry is the end of the last cell.
-        let cell_count_max = if has_caustics { 2 } else { 1 } * CELLS_MAX;
+        let cell_count_max = classes.len() as u32 * CELLS_MAX;
         let cell_counts =
             resources::storage::<u32>(gpu, "cell_counts", u64::from(cell_count_max) + 1)?;
         let positions = SplitArray::new::<[f32; 4]>(gpu, "map_position", count)?;
@@ -98,7 +98,7 @@ impl PhotonMap {
             SplitArray::new::<u32>(gpu, "order", count)?,
             SplitArray::new::<u32>(gpu, "sorted_order", count)?,
         ];
-        let photons = tracer.resources();
+        let photons = store.resources();
         let sort = RadixSort::new(
             gpu,
             key_sides.each_ref(),
@@ -109,7 +109,7 @@ impl PhotonMap {
         )?;
         let size_of_name = |array: &str| match array {
             "keys" | "order" => key_sides[0].chunks(),
-            _ => tracer.chunks(),
+            _ => store.chunks(),
         };
         let kernel = |stage| Kernel::new(gpu, stage, &[], &size_of_name);
         let unsorted = photons
@@ -136,36 +136,32 @@ impl PhotonMap {
             fluxes,
             capacity,
             bounds,
-            has_caustics,
+            classes,
             cell_count: 1,
         })
     }
 
     /// The classes that photons are told apart in.
     pub fn classes(&self) -> &'static [PhotonClass] {
-        match self.has_caustics {
-            true => &[PhotonClass::Global, PhotonClass::Caustic],
-            false => &[PhotonClass::Global],
-        }
+        self.classes
     }
 
     /// Sets the radii, and with them the cells; holds from the next submission on.
     pub fn configure(&mut self, gpu: &GpuDevice, settings: &MapSettings) {
-        let global = grid(
-            self.bounds,
-            settings.global_radius_m * settings.radius_scale_max,
-            0,
-        );
-        let global_cells: u32 = global.dimensions.iter().product();
-        self.cell_count = global_cells;
-        let mut caustic = PhotonGrid::default();
-        if self.has_caustics {
-            let cell_m = settings.caustic_radius_m * settings.radius_scale_max;
-            caustic = grid(self.bounds, cell_m, global_cells);
-            self.cell_count += caustic.dimensions.iter().product::<u32>();
+        let mut grids = [PhotonGrid::default(); 2];
+        self.cell_count = 0;
+        for class in self.classes {
+            let radius_m = match class {
+                PhotonClass::Global => settings.global_radius_m,
+                PhotonClass::Caustic => settings.caustic_radius_m,
+            };
+            let cell_m = radius_m * settings.radius_scale_max;
+            let grid = grid(self.bounds, cell_m, self.cell_count);
+            self.cell_count += grid.dimensions.iter().product::<u32>();
+            grids[*class as usize] = grid;
         }
         let value = PhotonMapUniform {
-            grids: [global, caustic],
+            grids,
             global_radius_m: settings.global_radius_m,
             caustic_radius_m: settings.caustic_radius_m,
             cell_count: self.cell_count,
@@ -178,20 +174,25 @@ impl PhotonMap {
         self.cell_sum.set_length(gpu, self.cell_count + 1);
     }
 
-    /// Records the sorting of the tracer's photons into the grid.
+    /// Records the sorting of the photons into the grid.
     pub fn record(&self, recorder: &mut Recorder<'_>) {
+        self.record_as(recorder, SORTING);
+    }
+
+    /// As [`PhotonMap::record`], as a part of the pass `name`.
+    pub fn record_as(&self, recorder: &mut Recorder<'_>, name: &'static str) {
         recorder.encoder().clear_buffer(
             &self.cell_counts,
             0,
             Some(u64::from(self.cell_count + 1) * 4),
         );
-        recorder.pass(SORTING, &[(&self.keys, self.capacity)]);
+        recorder.pass(name, &[(&self.keys, self.capacity)]);
         self.sort.record(recorder, SORTING);
         recorder.pass(
-            SORTING,
+            name,
             &[(&self.count, self.capacity), (&self.arrange, self.capacity)],
         );
-        self.cell_sum.record(recorder, SORTING, self.cell_count + 1);
+        self.cell_sum.record(recorder, name, self.cell_count + 1);
     }
 
     /// The sorted map by its WGSL names.

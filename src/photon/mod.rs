@@ -2,7 +2,9 @@
 
 pub mod map;
 pub mod sort;
+pub mod store;
 pub mod trace;
 
 pub use map::{MapSettings, PhotonClass, PhotonMap};
+pub use store::PhotonStore;
 pub use trace::{PhotonTracer, TraceSettings};

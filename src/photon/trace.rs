@@ -1,14 +1,14 @@
 //! Photon tracing: wavefronts of paths, batch by batch, into an unsorted store.
 
-use crate::gpu::layout::{Photon, PhotonCounters, PhotonPath, TraceUniform};
-use crate::gpu::pass::{
-    BoundKernel, Constants, Kernel, Recorder, Resources, Threads, UniformSequence,
-};
-use crate::gpu::resources::{self, SplitArray};
+use super::store::PhotonStore;
+use crate::gpu::layout::{Photon, PhotonPath, TraceUniform};
+use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, Threads, UniformSequence};
+use crate::gpu::resources;
 use crate::gpu::shader::stages;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
 use crate::scene::gpu_scene::GpuScene;
+use crate::scene::specular_targets::SpecularTargets;
 
 /// Paths in a workgroup of photon_bounce and photon_append.
 const GROUP: u32 = 64;
@@ -34,12 +34,13 @@ pub struct TraceSettings {
     pub frame: u32,
 }
 
+/// Sets the random numbers of aimed photons apart from those of others.
+const AIMED_SEED: u32 = 0x6169_6d65;
+
 /// Traces photons and keeps them in the order of path and bounce.
 pub struct PhotonTracer {
     uniforms: UniformSequence,
-    counters: wgpu::Buffer,
-    positions: SplitArray,
-    fluxes: SplitArray,
+    store: PhotonStore,
     emit: BoundKernel,
     /// Bounce and append, for even and odd bounces: living paths change sides.
     bounce: [BoundKernel; 2],
@@ -52,11 +53,13 @@ pub struct PhotonTracer {
     batch: u32,
     path_count_max: u32,
     depth_max: u32,
-    capacity: u32,
+    /// Changes the seed of the random numbers.
+    seed_mask: u32,
 }
 
 impl PhotonTracer {
-    /// Room and kernels for up to `params.photon.count` paths a map.
+    /// Room and kernels for up to `params.photon.count` paths a map, which leave photons of all classes; without caustic ones where
+    /// `constants` set `STORES_CAUSTIC` to 0, for a map of aimed ones beside it.
     ///
     /// # Errors
     /// [`GpuError::BufferTooLarge`] when the map does not fit the device.
@@ -66,26 +69,63 @@ impl PhotonTracer {
         params: &Params,
         constants: &Constants,
     ) -> Result<Self, GpuError> {
+        Self::start(gpu, scene, params, constants, params.photon.count, None)
+    }
+
+    /// Room and kernels for up to `path_count` paths a map that are aimed at `targets` and leave caustic photons alone: those that
+    /// [`PhotonTracer::new`]'s would leave, but more of them and fainter. Without targets no path is traced.
+    ///
+    /// # Errors
+    /// As [`PhotonTracer::new`].
+    pub fn aimed(
+        gpu: &GpuDevice,
+        scene: &GpuScene,
+        params: &Params,
+        constants: &Constants,
+        path_count: u32,
+        targets: &SpecularTargets,
+    ) -> Result<Self, GpuError> {
+        let aimed = [
+            ("HAS_CAUSTICS", 1.0),
+            ("STORES_CAUSTIC", 1.0),
+            ("STORES_GLOBAL", 0.0),
+        ];
+        let others = constants
+            .iter()
+            .filter(|(name, _)| aimed.iter().all(|(own, _)| own != name));
+        let constants: Vec<_> = others.chain(&aimed).copied().collect();
+        Self::start(gpu, scene, params, &constants, path_count, Some(targets))
+    }
+
+    fn start(
+        gpu: &GpuDevice,
+        scene: &GpuScene,
+        params: &Params,
+        constants: &Constants,
+        path_count: u32,
+        targets: Option<&SpecularTargets>,
+    ) -> Result<Self, GpuError> {
         let photon = &params.photon;
         // Some batches: what does not fit the map is then one of them at most, not all.
-        let wanted = photon.count.div_ceil(BATCHES_MIN);
+        let wanted = path_count.div_ceil(BATCHES_MIN);
         let batch = photon
             .batch
-            .min(wanted.max(photon.count.clamp(GROUP, BATCH_MIN)));
-        let capacity_wanted = f64::from(photon.count) * f64::from(photon.stored_per_path);
+            .min(wanted.max(path_count.clamp(GROUP, BATCH_MIN)));
+        let capacity_wanted = f64::from(path_count) * f64::from(photon.stored_per_path);
         // One batch always fits: a map that holds nothing would be no use.
         let capacity = capacity_wanted
             .max(f64::from(batch) * 2.0)
             .min(f64::from(1u32 << 28)) as u32;
-        let chunks = SplitArray::chunk_count::<[f32; 4]>(u64::from(capacity));
-        let size_of_name = |array: &str| scene.shader_size(array).unwrap_or(chunks);
+        let store = PhotonStore::new(gpu, capacity)?;
+        let target_count = targets.map_or(0, SpecularTargets::count);
+        let size_of_name = |array: &str| match array {
+            "TARGET_COUNT" => target_count,
+            _ => scene.shader_size(array).unwrap_or(store.chunks()),
+        };
 
-        let rounds = photon.count.div_ceil(batch).max(1);
+        let rounds = path_count.div_ceil(batch).max(1);
         let uniforms =
             UniformSequence::new::<TraceUniform>(gpu, "tracing", rounds * photon.depth_max);
-        let counters = resources::storage::<PhotonCounters>(gpu, "counters", 1)?;
-        let positions = SplitArray::new::<[f32; 4]>(gpu, "photon_position", u64::from(capacity))?;
-        let fluxes = SplitArray::new::<[f32; 4]>(gpu, "photon_flux", u64::from(capacity))?;
         let path_sides = [
             resources::storage::<PhotonPath>(gpu, "paths (even)", u64::from(batch))?,
             resources::storage::<PhotonPath>(gpu, "paths (odd)", u64::from(batch))?,
@@ -101,19 +141,25 @@ impl PhotonTracer {
         let shared = scene
             .resources()
             .with("tracing", uniforms.buffer())
-            .with("counters", &counters)
             .with("staged", &staged)
             .with("staged_flags", &staged_flags)
             .with("group_counts", &group_counts)
             .with("wave", &wave)
-            .with_all(positions.resources())
-            .with_all(fluxes.resources());
+            .with_all(store.resources());
         let on_side = |side: usize| {
             shared
                 .clone()
                 .with("paths", &path_sides[side])
                 .with("next_paths", &path_sides[1 - side])
                 .with("next_dispatch", &dispatches[1 - side])
+        };
+        let at_lights = on_side(0).with("next_dispatch", &dispatches[0]);
+        let (emit, at_lights) = match targets {
+            None => (stages::photon_emit, at_lights),
+            Some(targets) => (
+                stages::photon_aim,
+                at_lights.with("specular_targets", targets.buffer()),
+            ),
         };
         let kernel = |stage| Kernel::new(gpu, stage, constants, &size_of_name);
         let both_sides = |kernel: &Kernel| -> Result<[BoundKernel; 2], GpuError> {
@@ -123,8 +169,7 @@ impl PhotonTracer {
             ])
         };
         Ok(Self {
-            emit: kernel(stages::photon_emit)?
-                .bind(gpu, &on_side(0).with("next_dispatch", &dispatches[0]))?,
+            emit: kernel(emit)?.bind(gpu, &at_lights)?,
             bounce: both_sides(&kernel(stages::photon_bounce)?)?,
             append: both_sides(&kernel(stages::photon_append)?)?,
             count: kernel(stages::photon_count)?.bind(gpu, &shared)?,
@@ -132,50 +177,42 @@ impl PhotonTracer {
             commit: kernel(stages::photon_commit)?.bind(gpu, &shared)?,
             dispatches,
             uniforms,
-            counters,
-            positions,
-            fluxes,
+            store,
             batch,
-            path_count_max: photon.count,
+            // Nothing to aim at: nothing to trace.
+            path_count_max: match targets.is_some() && target_count == 0 {
+                true => 0,
+                false => path_count,
+            },
             depth_max: photon.depth_max,
-            capacity,
+            seed_mask: match targets {
+                Some(_) => AIMED_SEED,
+                None => 0,
+            },
         })
     }
 
-    /// Photons that the store holds at most.
-    pub fn capacity(&self) -> u32 {
-        self.capacity
-    }
-
-    /// The counters and the unsorted photons by their WGSL names.
-    pub fn resources(&self) -> Resources<'_> {
-        Resources::default()
-            .with("counters", &self.counters)
-            .with_all(self.positions.resources())
-            .with_all(self.fluxes.resources())
-    }
-
-    /// Into how many chunks the photon arrays are cut.
-    pub fn chunks(&self) -> u32 {
-        self.positions.chunks()
+    /// What was traced, unsorted.
+    pub fn store(&self) -> &PhotonStore {
+        &self.store
     }
 
     /// Records the tracing of one map. A count of zero gives an empty map.
     pub fn record(&self, recorder: &mut Recorder<'_>, settings: &TraceSettings) {
-        recorder.encoder().clear_buffer(&self.counters, 0, None);
+        self.store.clear(recorder.encoder());
         let path_count = settings.path_count.min(self.path_count_max);
         let depth_max = settings.depth_max.min(self.depth_max);
         let values: Vec<TraceUniform> = (0..path_count.div_ceil(self.batch))
             .flat_map(|round| {
                 let first_path = round * self.batch;
                 (0..depth_max).map(move |bounce| TraceUniform {
-                    seed: settings.seed,
+                    seed: settings.seed ^ self.seed_mask,
                     frame: settings.frame,
                     first_path,
                     path_count: (path_count - first_path).min(self.batch),
                     bounce,
                     depth_max,
-                    capacity: self.capacity,
+                    capacity: self.store.capacity(),
                     padding: 0,
                 })
             })
@@ -207,19 +244,5 @@ impl PhotonTracer {
                 recorder.submit();
             }
         }
-    }
-
-    /// Reads what became of the photons of the last map.
-    ///
-    /// # Errors
-    /// [`GpuError::Failed`] when the device is lost.
-    pub fn counters(&self, gpu: &GpuDevice) -> Result<PhotonCounters, GpuError> {
-        resources::read_back::<PhotonCounters>(gpu, &self.counters, 1)?
-            .first()
-            .copied()
-            .ok_or_else(|| GpuError::Failed {
-                during: "reading the photon counters".into(),
-                reason: "no data".into(),
-            })
     }
 }

@@ -191,7 +191,7 @@ impl Material {
     }
 
     /// Whether light passes into or through it.
-    fn is_transmissive(&self) -> bool {
+    pub(super) fn is_transmissive(&self) -> bool {
         self.transmission > 0.0
             && (self.metallic < 1.0 || self.metallic_roughness_texture.is_some())
     }
@@ -204,7 +204,7 @@ impl Material {
     }
 
     /// Whether rays follow some of its reflection: a lobe sharper than those that are gathered, in places at least.
-    fn is_traced(&self, gathered_alpha_min: f32) -> bool {
+    pub(super) fn is_traced(&self, gathered_alpha_min: f32) -> bool {
         let is_sharp = self.may_be_smooth() || self.roughness * self.roughness < gathered_alpha_min;
         self.is_transmissive() || (is_sharp && (self.may_be_metal() || self.has_coat()))
     }

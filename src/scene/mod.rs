@@ -24,6 +24,7 @@ mod median_split;
 mod mesh;
 mod node;
 mod primitive;
+pub mod specular_targets;
 mod texture;
 mod track;
 mod warnings;

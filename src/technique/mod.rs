@@ -1,11 +1,13 @@
 //! Light transport methods, one file each, behind one small trait. A technique composes photon/, gather/ and image/; they know none.
 
+pub mod fpm;
 pub mod path;
 pub mod path_filtered;
 pub mod pm;
 pub mod radius;
 
 use crate::gather::{EyeImage, EyeSettings, EyeStart, LightPass};
+use crate::gpu::layout::PhotonCounters;
 use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
 use crate::params::Params;
@@ -59,6 +61,8 @@ pub struct FrameSettings<'a> {
     pub pass: u32,
     /// Where everything is; the scene on the device stands there already.
     pub pose: &'a ScenePose,
+    /// The eyes that will be shaded, those that see something.
+    pub eyes: &'a [EyeSettings],
 }
 
 /// What a technique starts from: the scene (`'s`), which it may keep, and what it works with.
@@ -180,6 +184,18 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         start: |start| pm::PhotonMapping::start(start, pm::DirectLight::Photons),
     },
     TechniqueEntry {
+        name: "fpm",
+        about: "foveated photon mapping: photons and paths where the eye looks",
+        rooms: &[
+            "photon", "gather", "record", "indirect", "direct", "filter", "eye", "fovea", "effects",
+        ],
+        effort: "photon.count",
+        has_photons: true,
+        has_direct_light: true,
+        passes: fpm::passes,
+        start: fpm::FoveatedPhotonMapping::start,
+    },
+    TechniqueEntry {
         name: "path-filtered",
         about: "path tracing on the GPU, indirect light through an edge-avoiding filter",
         rooms: &["indirect", "direct", "filter", "eye", "fovea", "effects"],
@@ -200,6 +216,21 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         start: path::PathTracing::start,
     },
 ];
+
+/// What a user should know of the photons of a frame.
+fn photon_warnings(counters: &PhotonCounters) -> Option<String> {
+    if counters.dropped_paths == 0 {
+        return None;
+    }
+    Some(match counters.emitted {
+        0 => "the photon map was too small for one batch of paths: there is no light from photons; raise photon.stored_per_path".into(),
+        emitted => format!(
+            "the photon map was full: {} of {} paths were left out and the others weighted up; raise photon.stored_per_path",
+            counters.dropped_paths,
+            emitted + counters.dropped_paths
+        ),
+    })
+}
 
 /// What is simulated of a scene: what it calls for by these parameters, or everything where they say so.
 pub fn effects(scene: &Scene, params: &Params) -> Effects {

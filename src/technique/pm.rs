@@ -4,7 +4,7 @@
 //! Mapping: A Probabilistic Approach", 2011 (`radius.rs`).
 
 use super::radius::{RadiusRule, shrink_factor};
-use super::{FrameSettings, Start, Statistics, Technique};
+use super::{FrameSettings, Start, Statistics, Technique, photon_warnings};
 use crate::gather::{EyeImage, EyePass, EyeSettings, LightPass, eye_pass, filter, light_pass};
 use crate::gpu::layout::PhotonCounters;
 use crate::gpu::pass::Recorder;
@@ -54,6 +54,14 @@ impl Plan {
         }
     }
 
+    /// The classes that photons are told apart in.
+    fn classes(&self) -> &'static [PhotonClass] {
+        match self.caustics {
+            true => &[PhotonClass::Global, PhotonClass::Caustic],
+            false => &[PhotonClass::Global],
+        }
+    }
+
     /// Names of the passes, in order.
     pub fn passes(&self) -> Vec<&'static str> {
         [
@@ -77,8 +85,7 @@ pub struct PhotonMapping {
     photons: Option<(PhotonTracer, PhotonMap)>,
     eyes: EyePass,
     params: Params,
-    first_radius_m: f32,
-    radius_cap_m: f32,
+    radius: RadiusRule,
     radius_m: f32,
 }
 
@@ -110,7 +117,7 @@ impl PhotonMapping {
             false => None,
             true => {
                 let tracer = PhotonTracer::new(gpu, scene, params, &constants)?;
-                let map = PhotonMap::new(gpu, &tracer, scene.bounds(), plan.caustics)?;
+                let map = PhotonMap::new(gpu, tracer.store(), scene.bounds(), plan.classes())?;
                 Some((tracer, map))
             }
         };
@@ -120,7 +127,7 @@ impl PhotonMapping {
         }
         if let Some((tracer, map)) = &photons {
             let classes = map.classes().iter();
-            light.extend(classes.map(|class| LightPass::photons(tracer, map, *class)));
+            light.extend(classes.map(|class| LightPass::photons(tracer.store(), map, *class)));
         }
         let levels = match plan.filter {
             true => params.filter.photon_levels,
@@ -128,14 +135,12 @@ impl PhotonMapping {
         };
         let eyes = EyePass::new(&start.eyes(&light, levels), &constants)?;
         let radius = RadiusRule::of(scene);
-        let first_radius_m = radius.first_m(params);
         Ok(Box::new(Self {
             photons,
             eyes,
             params: params.clone(),
-            first_radius_m,
-            radius_cap_m: radius.cap_m(),
-            radius_m: first_radius_m,
+            radius,
+            radius_m: radius.first_m(params),
         }))
     }
 }
@@ -147,7 +152,8 @@ impl Technique for PhotonMapping {
         frame: &FrameSettings<'_>,
     ) -> Result<(), GpuError> {
         let params = &self.params;
-        self.radius_m = self.first_radius_m * shrink_factor(frame.pass, params.gather.radius_alpha);
+        let shrink = shrink_factor(frame.pass, params.gather.radius_alpha);
+        self.radius_m = self.radius.first_m(params) * shrink;
         let Some((tracer, map)) = &mut self.photons else {
             return Ok(());
         };
@@ -187,28 +193,11 @@ impl Technique for PhotonMapping {
 
     fn statistics(&self, gpu: &GpuDevice) -> Result<Statistics, GpuError> {
         let counters = match &self.photons {
-            Some((tracer, _)) => tracer.counters(gpu)?,
+            Some((tracer, _)) => tracer.store().counters(gpu)?,
             None => PhotonCounters::default(),
         };
-        let mut warnings = Vec::new();
-        if self.params.gather.radius_m > self.radius_cap_m {
-            warnings.push(format!(
-                "gather.radius_m = {} is wider than the scene: {} m is used",
-                self.params.gather.radius_m, self.radius_cap_m
-            ));
-        }
-        if counters.dropped_paths > 0 && counters.emitted == 0 {
-            warnings.push(
-                "the photon map was too small for one batch of paths: there is no light from photons; raise photon.stored_per_path"
-                    .into(),
-            );
-        } else if counters.dropped_paths > 0 {
-            warnings.push(format!(
-                "the photon map was full: {} of {} paths were left out and the others weighted up; raise photon.stored_per_path",
-                counters.dropped_paths,
-                counters.emitted + counters.dropped_paths
-            ));
-        }
+        let mut warnings = Vec::from_iter(self.radius.warning(&self.params));
+        warnings.extend(photon_warnings(&counters));
         Ok(Statistics {
             counts: vec![
                 ("photons_emitted", f64::from(counters.emitted)),

@@ -53,6 +53,17 @@ impl RadiusRule {
         params.gather.radius_m == 0.0 && self.first_m(params) >= self.automatic_cap_m()
     }
 
+    /// What a user should know of the radius.
+    pub fn warning(&self, params: &Params) -> Option<String> {
+        let radius_m = params.gather.radius_m;
+        (radius_m > self.cap_m()).then(|| {
+            format!(
+                "gather.radius_m = {radius_m} is wider than the scene: {} m is used",
+                self.cap_m()
+            )
+        })
+    }
+
     /// The widest radius that can be set, metres.
     pub fn cap_m(&self) -> f32 {
         (CAP * self.diagonal_m).max(f32::MIN_POSITIVE)

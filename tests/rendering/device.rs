@@ -249,6 +249,7 @@ fn samples_by_pixel(params: &Params, gaze_dir: Vec3, side: u32) -> (Vec<u32>, Ey
         frame: 0,
         pass: 0,
         pose: &pose,
+        eyes: &[settings],
     };
     run(|recorder| {
         technique.prepare(recorder, &frame).unwrap();

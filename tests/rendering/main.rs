@@ -2,6 +2,7 @@
 //!
 //! Every comparison has a negative control beside it: the same check on a picture that is wrong.
 
+mod aimed_caustics;
 mod closed_forms;
 mod determinism;
 mod device;
