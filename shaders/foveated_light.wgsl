@@ -37,11 +37,12 @@ fn foveated_light(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
   if (slot >= slots_a_pixel() * band_pixel_count()) { return; }
   let share = 1.0 - periphery_share(pixel_centre_eccentricity_rad(slot % band_pixel_count()));
   if (share <= 0.0) { return; }
-  var start = path_start(slot);
+  let start = path_start(slot);
+  var random = start.random;
   var sum = vec3f(0.0);
   for (var path = 0u; path < start.path_count; path++) {
-    let u = vec3f(sobol2(start.first_number + path, start.seed), random_next4(&start.random).x);
-    sum += light_of_path(start.vertex, u, &start.random);
+    let u = vec3f(sobol2(start.first_number + path, start.seed), random_next4(&random).x);
+    sum += light_of_path(start.vertex, u, &random);
   }
   if (start.path_count > 0u) { slot_radiance[slot] += vec4f(start.throughput * sum * (share / f32(start.path_count)), 0.0); }
 }

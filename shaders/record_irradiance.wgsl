@@ -1,4 +1,4 @@
-//! use threads, bsdf, gather
+//! use threads, random, bsdf, gather
 // Fills irradiance records from the photon map: the density of both classes around each, over the part of the disc that lies on the
 // surface.
 // Source: see gather.wgsl and coverage.wgsl; the direction is drawn by a reservoir (Chao 1982).
@@ -6,6 +6,8 @@
 
 /// Records to fill.
 override RECORD_COUNT: u32 = 1u;
+/// Whether the map has a class for caustics.
+override HAS_CAUSTICS: bool = true;
 
 @group(1) @binding(4) var<storage, read> counters: PhotonCounters;
 //! split photon_position: vec4f, read_write, 1, 16
@@ -63,6 +65,3 @@ fn record_irradiance(@builtin(workgroup_id) group: vec3u, @builtin(local_invocat
   store_photon_position(index, vec4f(place, bitcast<f32>(arrival.packed_direction)));
   store_photon_flux(index, vec4f(irradiance, select(0.0, bitcast<f32>(packed_normal), is_sound)));
 }
-
-/// Whether the map has a class for caustics.
-override HAS_CAUSTICS: bool = true;
