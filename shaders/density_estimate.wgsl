@@ -6,8 +6,6 @@
 
 /// GLOBAL or CAUSTIC: each class has its own pass.
 override CLASS: u32 = 0u;
-/// Only the periphery's share of this light is wanted, as paths bring the rest.
-override PERIPHERY_ONLY: bool = false;
 
 @group(1) @binding(1) var<storage, read_write> visible_points_: array<VisiblePoint>;
 @group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
@@ -77,15 +75,12 @@ fn density_estimate(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups
   let point = visible_points_[slot];
   if (!any(point.throughput > vec3f(0.0)) || counters.emitted == 0u) { return; }
   if (CLASS == CAUSTIC && !has_photons_near(CLASS, point.position)) { return; }
-  let e_rad = pixel_centre_eccentricity_rad(slot % band_pixel_count());
-  let share = select(1.0, periphery_share(e_rad), PERIPHERY_ONLY);
-  if (share <= 0.0) { return; }
-  let scale = radius_scale_at(e_rad);
+  let scale = radius_scale_at(pixel_centre_eccentricity_rad(slot % band_pixel_count()));
   let geometric_normal = unpack_direction(point.packed_geometric_normal);
   let radius_m = select(photon_map.global_radius_m, photon_map.caustic_radius_m, CLASS == CAUSTIC) * scale;
   let is_cut = find_cut(point.position, geometric_normal, radius_m);
   let receiver = Receiver(point.position, unpack_direction(point.packed_normal), geometric_normal,
                           unpack_direction(point.packed_wo), bsdf_of(point), is_cut);
   let sum = gather(receiver, radius_m);
-  slot_radiance[slot] += vec4f(point.throughput * sum * (share / f32(counters.emitted)), 0.0);
+  slot_radiance[slot] += vec4f(point.throughput * sum / f32(counters.emitted), 0.0);
 }

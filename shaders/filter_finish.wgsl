@@ -10,10 +10,9 @@
 fn filter_finish(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
   @builtin(local_invocation_index) local: u32) {
   let slot = eye_thread(group, groups, local);
-  if (slot >= slots_a_pixel() * band_pixel_count() || filter_light[slot].w <= 0.0) { return; }
-  let own = albedo_of(visible_points_[slot]).rgb;
-  let mean = filter_albedo[slot].rgb;
-  // Where none of the points that were looked at reflects a colour there is none of it to divide.
-  let ratio = select(vec3f(0.0), own / max(mean, vec3f(1e-30)), mean > vec3f(1e-30));
-  slot_radiance[slot] += vec4f(filter_light[slot].rgb * ratio, 0.0);
+  if (slot >= slots_a_pixel() * band_pixel_count() || filter_guide[slot].x == OUT_OF_REACH) { return; }
+  // Rounded as it was for the filter: where all albedos are alike nothing is left of the rounding.
+  let own = unpack_albedo(pack_albedo(albedo_of(visible_points_[slot])));
+  let light = filter_light[slot];
+  slot_radiance[slot] += vec4f(light.rgb * own.rgb / unpack_albedo(light.w).rgb, 0.0);
 }

@@ -13,11 +13,9 @@ fn filter_prepare(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
   if (slot >= slots_a_pixel() * band_pixel_count()) { return; }
   let point = visible_points_[slot];
   if (!any(point.throughput > vec3f(0.0))) {
-    filter_light[slot] = vec4f(0.0);
-    filter_albedo[slot] = vec4f(0.0, 0.0, 0.0, NO_POINT);
+    filter_guide[slot] = vec4f(OUT_OF_REACH);
     return;
   }
-  filter_light[slot] = vec4f(smooth_radiance[slot].rgb, 1.0);
-  filter_albedo[slot] = albedo_of(point);
+  filter_light[slot] = vec4f(smooth_radiance[slot].rgb, pack_albedo(albedo_of(point)));
   filter_guide[slot] = vec4f(point.position, bitcast<f32>(point.packed_normal));
 }

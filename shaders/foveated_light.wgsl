@@ -18,7 +18,8 @@ fn light_of_path(start: GatheredVertex, u: vec3f, random: ptr<function, Random>)
     if (!vertex.is_found) { break; }
     light += path.throughput * next_event(vertex, path.counts_caustics, random);
     path.counts_caustics = true;
-    let record = find_record(vertex.position, vertex.geometric_normal);
+    let u_record = random_next4(random);
+    let record = find_record(vertex.position, vertex.geometric_normal, u_record.xy);
     if (record.is_found) {
       light += path.throughput * lambert(vertex.bsdf, vertex.n, vertex.wo, record.direction) * record.irradiance;
       vertex.bsdf.diffuse = vec3f(0.0);
@@ -35,8 +36,6 @@ fn foveated_light(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
   @builtin(local_invocation_index) local: u32) {
   let slot = eye_thread(group, groups, local);
   if (slot >= slots_a_pixel() * band_pixel_count()) { return; }
-  let share = 1.0 - periphery_share(pixel_centre_eccentricity_rad(slot % band_pixel_count()));
-  if (share <= 0.0) { return; }
   let start = path_start(slot);
   var random = start.random;
   var sum = vec3f(0.0);
@@ -44,5 +43,5 @@ fn foveated_light(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
     let u = vec3f(sobol2(start.first_number + path, start.seed), random_next4(&random).x);
     sum += light_of_path(start.vertex, u, &random);
   }
-  if (start.path_count > 0u) { slot_radiance[slot] += vec4f(start.throughput * sum * (share / f32(start.path_count)), 0.0); }
+  if (start.path_count > 0u) { slot_radiance[slot] += vec4f(start.throughput * sum / f32(start.path_count), 0.0); }
 }

@@ -23,6 +23,11 @@ fn unpack_direction(packed: u32) -> vec3f {
 /// Coarse packing for tests of normals only: within half a degree, and cheap to unpack.
 fn pack_normal(n: vec3f) -> u32 { return pack4x8snorm(vec4f(n, 0.0)); }
 
+/// The same with a mark that says yes or no.
+fn pack_marked_normal(n: vec3f, mark: bool) -> u32 { return pack4x8snorm(vec4f(n, select(0.0, 1.0, mark))); }
+
+fn is_marked(packed: u32) -> bool { return unpack4x8snorm(packed).w > 0.5; }
+
 fn unpack_normal(packed: u32) -> vec3f { return unpack4x8snorm(packed).xyz; }
 
 /// Columns: tangent, bitangent, normal.

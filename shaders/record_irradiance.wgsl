@@ -63,5 +63,5 @@ fn record_irradiance(@builtin(workgroup_id) group: vec3u, @builtin(local_invocat
   }
   let irradiance = arrival.irradiance / f32(max(counters.emitted, 1u));
   store_photon_position(index, vec4f(place, bitcast<f32>(arrival.packed_direction)));
-  store_photon_flux(index, vec4f(irradiance, select(0.0, bitcast<f32>(packed_normal), is_sound)));
+  store_photon_flux(index, vec4f(irradiance, select(0.0, bitcast<f32>(pack_marked_normal(normal, is_cut)), is_sound)));
 }

@@ -3,7 +3,7 @@
 // Source: irradiance caching (Ward, Rubinstein and Clear 1988) with records where paths land, filled from a photon map (Christensen,
 // "Faster Photon Map Global Illumination", 1999).
 // A record is laid out as a photon: its flux is irradiance, W/m2, its incident direction one of those that light came from, drawn in
-// proportion to what each brought.
+// proportion to what each brought. Its normal is marked where walls or edges are near, so that sight of it is not a matter of course.
 // Limits: a path finds a record within a radius, in its plane, with a like normal, and in sight; without one it goes on by itself.
 
 @group(1) @binding(5) var<storage, read> cell_counts: array<u32>;
@@ -16,8 +16,6 @@ override RECORDS_A_CELL: u32 = 4u;
 const RECORD_FLATNESS: f32 = 0.1;
 /// How high over the surface the ray runs that looks for the record, as a share of its distance.
 const RECORD_SIGHT_HEIGHT: f32 = 0.1;
-/// Nearest records that are tried.
-const RECORDS_TRIED: u32 = 4u;
 
 struct FoundRecord {
   is_found: bool,
@@ -25,51 +23,38 @@ struct FoundRecord {
   direction: vec3f,
 }
 
-/// The nearest record that can stand for a point of a surface.
-fn find_record(position: vec3f, normal: vec3f) -> FoundRecord {
-  let cell = grid_cell(GLOBAL, position);
-  let dimensions = vec3i(photon_map.grids[GLOBAL].dimensions);
+/// A record that can stand for a point of a surface: of the cell around a place nearby that `u` picks, the nearest to that place. Chance
+/// in place of a blend of neighbours: it costs one look, and what it averages is the same.
+fn find_record(position: vec3f, normal: vec3f, u: vec2f) -> FoundRecord {
   let radius_m = photon_map.global_radius_m;
-  // The nearest so far, in order.
-  var distances2 = array<f32, RECORDS_TRIED>(radius_m * radius_m, radius_m * radius_m, radius_m * radius_m, radius_m * radius_m);
-  var places = array<u32, RECORDS_TRIED>(0u, 0u, 0u, 0u);
-  var count = 0u;
-  for (var neighbour = 0; neighbour < 27; neighbour++) {
-    let place = cell + vec3i(neighbour % 3, (neighbour / 3) % 3, neighbour / 9) - 1;
-    if (any(place < vec3i(0)) || any(place >= dimensions)) { continue; }
-    let key = cell_key(GLOBAL, place);
-    let first = cell_counts[key];
-    let last = min(cell_counts[key + 1u], first + RECORDS_A_CELL);
-    for (var i = first; i < last; i++) {
-      let offset = load_map_position(i).xyz - position;
-      let distance2 = dot(offset, offset);
-      if (distance2 >= distances2[RECORDS_TRIED - 1u] || abs(dot(offset, normal)) > RECORD_FLATNESS * radius_m) { continue; }
-      if (dot(unpack_normal(bitcast<u32>(load_map_flux(i).w)), normal) < photon_map.normal_cos_min) { continue; }
-      var candidate_distance2 = distance2;
-      var candidate = i;
-      for (var rank = 0u; rank < RECORDS_TRIED; rank++) {
-        if (candidate_distance2 < distances2[rank]) {
-          let displaced_distance2 = distances2[rank];
-          let displaced = places[rank];
-          distances2[rank] = candidate_distance2;
-          places[rank] = candidate;
-          candidate_distance2 = displaced_distance2;
-          candidate = displaced;
-        }
-      }
-      count++;
+  let tangents = frame_around(normal);
+  let near = (u - 0.5) / photon_map.grids[GLOBAL].cells_per_m;
+  let target_ = position + tangents[0] * near.x + tangents[1] * near.y;
+  let key = cell_key(GLOBAL, grid_cell(GLOBAL, target_));
+  let first = cell_counts[key];
+  let last = min(cell_counts[key + 1u], first + RECORDS_A_CELL);
+  var found = first;
+  var found_distance2 = 3.0e38;
+  for (var i = first; i < last; i++) {
+    let place = load_map_position(i).xyz;
+    let offset = place - position;
+    let is_alike = dot(unpack_normal(bitcast<u32>(load_map_flux(i).w)), normal) >= photon_map.normal_cos_min
+      && abs(dot(offset, normal)) <= RECORD_FLATNESS * radius_m && dot(offset, offset) <= radius_m * radius_m;
+    let distance2 = dot(place - target_, place - target_);
+    if (is_alike && distance2 < found_distance2) {
+      found = i;
+      found_distance2 = distance2;
     }
   }
-  for (var rank = 0u; rank < min(count, RECORDS_TRIED); rank++) {
-    let record = load_map_position(places[rank]);
-    let height_m = max(RECORD_SIGHT_HEIGHT * sqrt(distances2[rank]), scene.ray_offset_m);
-    let start = position + normal * height_m;
-    let to_record = record.xyz + normal * height_m - start;
-    let distance_m = length(to_record);
-    if (distance_m <= scene.ray_offset_m || !is_occluded(start, to_record / distance_m, distance_m)) {
-      let flux = load_map_flux(places[rank]);
-      return FoundRecord(true, flux.xyz, unpack_direction(bitcast<u32>(record.w)));
-    }
+  if (found_distance2 > 1.0e38) { return FoundRecord(false, vec3f(0.0), normal); }
+  let record = load_map_position(found);
+  let flux = load_map_flux(found);
+  var is_seen = true;
+  for (var once = 0u; once < select(0u, 1u, is_marked(bitcast<u32>(flux.w))); once++) {
+    let height_m = max(RECORD_SIGHT_HEIGHT * distance(record.xyz, position), scene.ray_offset_m);
+    let along = record.xyz - position;
+    let distance_m = length(along);
+    is_seen = distance_m <= scene.ray_offset_m || !is_occluded(position + normal * height_m, along / distance_m, distance_m);
   }
-  return FoundRecord(false, vec3f(0.0), normal);
+  return FoundRecord(is_seen, flux.xyz, unpack_direction(bitcast<u32>(record.w)));
 }

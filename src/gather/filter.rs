@@ -35,18 +35,12 @@ impl Filter {
         let smooth_radiance = array("smooth_radiance")?;
         let guide = array("filter_guide")?;
         let lights = [array("filter_light (even)")?, array("filter_light (odd)")?];
-        let albedos = [
-            array("filter_albedo (even)")?,
-            array("filter_albedo (odd)")?,
-        ];
         let on_side = |side: usize| {
             eye.clone()
                 .with("smooth_radiance", &smooth_radiance)
                 .with("filter_guide", &guide)
                 .with("filter_light", &lights[side])
-                .with("filter_albedo", &albedos[side])
                 .with("filtered_light", &lights[1 - side])
-                .with("filtered_albedo", &albedos[1 - side])
         };
         let levels: Vec<BoundKernel> = (0..levels)
             .map(|level| {
@@ -65,9 +59,9 @@ impl Filter {
         })
     }
 
-    /// Rows beside those that are shown which the filter of that many levels looks at: two taps at each level's distance.
+    /// Rows beside those that are shown which the filter of that many levels looks at: one tap at each level's distance.
     pub fn reach_rows(levels: u32) -> u32 {
-        2 * ((1 << levels) - 1)
+        (1 << levels) - 1
     }
 
     /// Where light that is to be filtered is added.

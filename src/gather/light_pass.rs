@@ -78,12 +78,6 @@ impl<'a> LightPass<'a> {
         }
     }
 
-    /// Only the periphery's share of this light.
-    pub fn in_periphery(mut self) -> Self {
-        self.constants.push(("PERIPHERY_ONLY", 1.0));
-        self
-    }
-
     /// The density of one class of photons.
     pub fn photons(store: &'a PhotonStore, map: &'a PhotonMap, class: PhotonClass) -> Self {
         Self {

@@ -55,7 +55,6 @@ pub fn passes(effects: &Effects, params: &Params) -> Vec<&'static str> {
         (true, eye_pass::VISIBLE_POINTS),
         (plan.direct_light, light_pass::DIRECT_LIGHT),
         (plan.photons, light_pass::PATH_LIGHT),
-        (plan.photons, light_pass::estimate_of(PhotonClass::Global)),
         (plan.caustics, light_pass::estimate_of(PhotonClass::Caustic)),
         (
             plan.photons && params.filter.path_levels > 0,
@@ -132,10 +131,8 @@ impl FoveatedPhotonMapping {
             light.push(LightPass::shadow_rays());
         }
         let mut filter_levels = 0;
-        if let Some((tracer, map, records)) = &photons {
+        if let Some((.., records)) = &photons {
             light.push(LightPass::foveated(records));
-            let density = LightPass::photons(tracer.store(), map, PhotonClass::Global);
-            light.push(density.in_periphery());
             filter_levels = params.filter.path_levels;
         }
         if let Some((_, tracer, map)) = &caustics {
