@@ -145,6 +145,8 @@ pub struct TechniqueEntry {
     pub has_photons: bool,
     /// Whether it finds lights without photons: by shadow rays, or by paths.
     pub has_direct_light: bool,
+    /// Whether it finds light of lamps without extent that comes by way of mirrors and glass, which no path from the eye can meet.
+    pub has_delta_caustics: bool,
     /// The passes of a frame with these effects and parameters as the timings name them, in order.
     pub passes: fn(&Effects, &Params) -> Vec<&'static str>,
     /// Prepares it for a scene and an image size.
@@ -168,6 +170,7 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         effort: "photon.count",
         has_photons: true,
         has_direct_light: true,
+        has_delta_caustics: true,
         passes: |effects, params| {
             pm::Plan::of(pm::DirectLight::ShadowRays, effects, params).passes()
         },
@@ -180,6 +183,7 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         effort: "photon.count",
         has_photons: true,
         has_direct_light: false,
+        has_delta_caustics: true,
         passes: |effects, params| pm::Plan::of(pm::DirectLight::Photons, effects, params).passes(),
         start: |start| pm::PhotonMapping::start(start, pm::DirectLight::Photons),
     },
@@ -192,6 +196,7 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         effort: "photon.count",
         has_photons: true,
         has_direct_light: true,
+        has_delta_caustics: true,
         passes: fpm::passes,
         start: fpm::FoveatedPhotonMapping::start,
     },
@@ -202,6 +207,7 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         effort: "indirect.paths",
         has_photons: false,
         has_direct_light: true,
+        has_delta_caustics: false,
         passes: path_filtered::passes,
         start: path_filtered::FilteredPaths::start,
     },
@@ -212,6 +218,7 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         effort: "path.samples",
         has_photons: false,
         has_direct_light: true,
+        has_delta_caustics: true,
         passes: |_, _| path::PASSES.to_vec(),
         start: path::PathTracing::start,
     },

@@ -159,7 +159,8 @@ pub fn cases() -> Vec<Case> {
         leaning(
             "and behind a pane that does nothing",
             leaning_floor(Some(nothing)),
-        ),
+        )
+        .delta_caustic(),
         Case::new(
             "a coarse diffuse ball with smooth normals",
             coarse_ball(6, lambert([0.9; 3])),

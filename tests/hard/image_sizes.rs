@@ -15,6 +15,7 @@ pub fn cases() -> Vec<Case> {
         Case::new(name, furnace().load(), Expected::Mean(FURNACE))
             .size(width, height)
             .set("photon.count", "16000")
+            .set("indirect.paths", "64")
             .set("fovea.samples", "16")
             .set("path.samples", "64")
     };

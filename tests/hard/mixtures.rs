@@ -106,6 +106,7 @@ pub fn cases() -> Vec<Case> {
         let mean = floor_mean(&scene, &[(LAMP_M, 5.0)]);
         Case::new(name, scene, Expected::Mean(mean))
             .set("photon.count", "16000")
+            .delta_caustic()
             .control(Control::Brighter(1.4))
     };
     let same_lamp = Box::new(moving_lamp(false));
@@ -113,16 +114,19 @@ pub fn cases() -> Vec<Case> {
         case(
             "a lamp behind a smooth thin pane",
             floor_behind(thin_pane(0.0), LAMP_M),
-        ),
+        )
+        .delta_caustic(),
         case(
             "a lamp behind a rough thin pane",
             floor_behind(thin_pane(1.0), LAMP_M),
-        ),
+        )
+        .delta_caustic(),
         // A rough surface hides a fifth of itself from light that comes at such a slant.
         case(
             "a slanted lamp behind a rough thin pane",
             floor_behind(thin_pane(1.0), SLANTED_LAMP_M),
-        ),
+        )
+        .delta_caustic(),
         plain(
             "a lamp behind a rough pane of index 1",
             floor_behind_solid(1.0),

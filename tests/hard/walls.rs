@@ -87,6 +87,7 @@ fn shared_rooms() -> Vec<Case> {
         )
         .set("photon.count", "30000")
         .set("path.samples", "16")
+        .set("indirect.paths", "64")
         .control(Control::Brighter(1.5)),
     ]
 }
