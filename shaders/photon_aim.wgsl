@@ -122,10 +122,9 @@ fn aim_photon(light: Light, u_position: vec2f, u_direction: vec2f, u_target: f32
   if (is_directional) { own = select(0.0, 1.0, meets(scene.bounds_center, scene.bounds_radius_m, origin, emitted.direction)); }
   var density = 0.0;
   for (var i = 0u; i < TARGET_COUNT; i++) {
-    let extent = extent_of(i, light, source);
-    let is_own = extent >= source.extent;
-    let is_met = i == picked || (extent > 0.0 && meets(specular_targets[i].center, reach_m(i), origin, emitted.direction));
-    density += specular_targets[i].importance * select(select(0.0, 1.0, is_met), own, is_own);
+    let extent_here = extent_of(i, light, source);
+    let is_met = i == picked || (extent_here > 0.0 && meets(specular_targets[i].center, reach_m(i), origin, emitted.direction));
+    density += specular_targets[i].importance * select(select(0.0, 1.0, is_met), own, extent_here >= source.extent);
   }
   emitted.flux_w = vec3f(0.0);
   if (total > 0.0 && strength > 0.0 && density > 0.0) {

@@ -7,7 +7,7 @@
 override HAS_CAUSTICS: bool = true;
 /// All light from photon density: photons straight from a light are stored too.
 override STORE_DIRECT: bool = false;
-/// The classes that are stored. Where only caustic photons are, paths end where they cease to make them.
+/// The classes that are stored. Where only caustic photons are, paths follow traced lobes alone.
 override STORES_GLOBAL: bool = true;
 override STORES_CAUSTIC: bool = true;
 
@@ -60,7 +60,7 @@ fn bounce(index: u32) -> u32 {
     let h = half_vector_sample(n, wo, bsdf.alpha, u.xy);
     let reflectance = interface_reflectance(bsdf, surface.is_front, dot(wo, h));
     let through = (1.0 - reflectance) * luminance(bsdf.transmission);
-    let diffused = (1.0 - reflectance) * luminance(bsdf.diffuse);
+    let diffused = select(0.0, (1.0 - reflectance) * luminance(bsdf.diffuse), STORES_GLOBAL);
     let total = reflectance + through + diffused;
     if (u.z * total < reflectance) {
       let wi = reflect(-wo, h);
@@ -76,7 +76,8 @@ fn bounce(index: u32) -> u32 {
     }
   } else {
     let reflected = select(0.0, luminance(schlick(bsdf.f0, bsdf.f90, dot(wo, n))), reflects(bsdf));
-    let diffused = luminance(bsdf.diffuse) * (1.0 - select(0.0, max_component(schlick(bsdf.coat_f0, bsdf.coat_f90, dot(wo, n))), HAS_SPECULAR));
+    let coat = select(0.0, max_component(schlick(bsdf.coat_f0, bsdf.coat_f90, dot(wo, n))), HAS_SPECULAR);
+    let diffused = select(0.0, luminance(bsdf.diffuse) * (1.0 - coat), STORES_GLOBAL);
     let total = reflected + diffused;
     if (total <= 0.0) { return flags; }
     chance = reflected / total;
@@ -96,7 +97,9 @@ fn bounce(index: u32) -> u32 {
   // What is mirrored or refracted keeps all its flux.
   let left = select(1.0, cosine_ratio(abs(dot(scatter.direction, surface.geometric_normal)), abs(dot(scatter.direction, n))), is_diffused);
   let flux_w = select(path.flux_w, arrived_w, is_diffused) * scatter.weight * left;
-  let survival = min(1.0, max_component(flux_w) / max_component(path.flux_w));
+  var survival = min(1.0, max_component(flux_w) / max_component(path.flux_w));
+  // Aimed paths are as many, and as faint, as their first surface is worth.
+  if (!STORES_GLOBAL && tracing.bounce == 0u) { survival = 1.0; }
   // Written so that a survival that is not a number ends the path.
   if (!(u.w < survival)) { return flags; }
   if (scatter.is_refracted && bsdf.is_solid) { medium = select(NO_MEDIUM, surface.material, surface.is_front); }

@@ -223,3 +223,115 @@ fn around(targets: &[SpecularTarget]) -> SpecularTarget {
         ..SpecularTarget::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles of a square with a corner at `corner` that share no vertex, as at a seam.
+    fn square(mesh: &mut Mesh, corner: Vec3, side_m: f32, material: u32) {
+        let [u, v] = [Vec3::X, Vec3::Y].map(|axis| axis * side_m);
+        for triangle in [
+            [corner, corner + u, corner + u + v],
+            [corner, corner + u + v, corner + v],
+        ] {
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(triangle);
+            mesh.triangles.push([first, first + 1, first + 2]);
+            mesh.material_of_triangle.push(material);
+        }
+    }
+
+    fn holds(target: &SpecularTarget, point: Vec3) -> bool {
+        point.distance(Vec3::from_array(target.center)) <= target.radius_m * 1.00001
+    }
+
+    #[test]
+    fn each_connected_piece_of_specular_surface_has_a_sphere_around_it() {
+        const DIFFUSE: u32 = 0;
+        const GLASS: u32 = 1;
+        const GLOSS: u32 = 2;
+        let mut mesh = Mesh::default();
+        square(&mut mesh, Vec3::ZERO, 1.0, GLASS);
+        square(&mut mesh, Vec3::new(1.0, 0.0, 0.0), 1.0, GLOSS);
+        square(&mut mesh, Vec3::new(2.0, 0.0, 0.0), 1.0, DIFFUSE);
+        square(&mut mesh, Vec3::new(3.0, 0.0, 0.0), 1.0, GLOSS);
+        let targets = pieces(&mesh, &[0.0, 1.0, 0.1]);
+        // Glass and gloss touch; diffuse parts them from the other.
+        let of = |target: &SpecularTarget| (target.center[0], target.radius_m, target.importance);
+        let expected = [(1.0, 1.25f32.sqrt(), 1.0), (3.5, 0.5f32.sqrt(), 0.1)];
+        assert_eq!(targets.iter().map(of).collect::<Vec<_>>(), expected);
+        assert!(pieces(&mesh, &[0.0; 3]).is_empty());
+    }
+
+    #[test]
+    fn thousands_of_droplets_share_a_bounded_number_of_spheres_that_hold_them_all() {
+        let mut mesh = Mesh::default();
+        let places = (0..5000u32).map(|i| {
+            let [x, y] = [i.wrapping_mul(2_654_435_761), i.wrapping_mul(40_503) << 12];
+            Vec3::new(x as f32, y as f32, i as f32) * 1e-9
+        });
+        let places: Vec<Vec3> = places.collect();
+        for place in &places {
+            square(&mut mesh, *place, 1e-6, 0);
+        }
+        let all = pieces(&mesh, &[1.0]);
+        assert_eq!(all.len(), 5000);
+        let targets = merged(all, TARGETS_MAX);
+        assert_eq!(targets.len(), TARGETS_MAX);
+        let is_held = |place: &Vec3| targets.iter().any(|target| holds(target, *place));
+        assert!(places.iter().all(is_held));
+        // They part the droplets: one sphere around all would do, and be no use.
+        let whole = merged(targets.clone(), 1);
+        let widest_m = targets.iter().map(|t| t.radius_m).fold(0.0, f32::max);
+        assert!(widest_m < 0.5 * whole[0].radius_m, "{widest_m} {whole:?}");
+    }
+
+    #[test]
+    fn a_sphere_holds_its_object_wherever_that_is_moved_and_however_stretched() {
+        let target = SpecularTarget {
+            center: [0.5, 0.0, -1.0],
+            radius_m: 2.0,
+            importance: 1.0,
+            ..SpecularTarget::default()
+        };
+        let sheared = Mat3::from_cols(Vec3::X, Vec3::new(0.9, 1.0, 0.2), Vec3::new(0.0, 0.4, -3.0));
+        let rotated = Mat3::from_rotation_y(1.0) * 0.5;
+        for (linear, is_exact) in [(sheared, false), (rotated, true), (Mat3::ZERO, true)] {
+            let map = Affine3A::from_mat3_translation(linear, Vec3::new(7.0, 8.0, 9.0));
+            let moved = moved(&target, map);
+            let on_sphere = |i: u32| {
+                let (z, turn) = (1.0 - (i as f32 + 0.5) / 500.0, i as f32 * 2.399_963);
+                let across = (1.0 - z * z).sqrt();
+                let dir = Vec3::new(across * turn.cos(), across * turn.sin(), z);
+                map.transform_point3(Vec3::from_array(target.center) + 2.0 * dir)
+            };
+            assert!((0..1000).all(|i| holds(&moved, on_sphere(i))), "{linear}");
+            if is_exact {
+                let stretch = linear.x_axis.length();
+                assert!((moved.radius_m - 2.0 * stretch).abs() < 1e-5, "{linear}");
+            }
+        }
+    }
+
+    #[test]
+    fn glass_and_metal_matter_more_than_varnish_and_what_is_gathered_not_at_all() {
+        let metal = |roughness| Material {
+            roughness,
+            ..Material::gltf_default()
+        };
+        let varnish = Material {
+            metallic: 0.0,
+            ..metal(0.2)
+        };
+        let glass = Material {
+            transmission: 1.0,
+            ..varnish.clone()
+        };
+        let [of_metal, of_varnish, of_glass, of_rough] =
+            [&metal(0.0), &varnish, &glass, &metal(1.0)].map(|m| importance(m, 0.2));
+        assert_eq!((of_metal, of_glass, of_rough), (1.0, 1.0, 0.0));
+        // 0.04 at normal incidence, 1 at grazing angles.
+        assert!((of_varnish - (0.04 + 0.96 / 21.0)).abs() < 1e-4);
+    }
+}

@@ -1,17 +1,21 @@
 //! Photons that are aimed at specular surfaces bring the caustic light that ordinary photons bring, from fewer paths.
 
 use glam::Vec3;
+use macula::gather::{EyeImage, EyeLight, EyePass, EyeSettings};
 use macula::gpu::layout::PhotonCounters;
+use macula::gpu::pass::Recorder;
+use macula::gpu::timing::PassTimer;
+use macula::image::LinearImage;
 use macula::params::Params;
-use macula::photon::{PhotonTracer, TraceSettings};
-use macula::scene::Scene;
+use macula::photon::{MapSettings, PhotonClass, PhotonMap, PhotonTracer, TraceSettings, trace};
 use macula::scene::loaded::LoadedScene;
 use macula::scene::specular_targets::SpecularTargets;
+use macula::scene::{Scene, ScenePose};
 use macula::technique;
 use serde_json::{Value, json};
 
-use crate::maker::{Stage, glowing, gpu, lambert, mirror};
-use crate::photon_flux::{StoredPhoton, trace};
+use crate::maker::{Stage, glowing, gpu, lambert, mean, means_agree, mirror};
+use crate::photon_flux::{self, StoredPhoton};
 
 /// Ordinary and aimed paths of a map, and the maps of which the scatter tells how sure their mean is.
 const ORDINARY: u32 = 60_000;
@@ -54,12 +58,6 @@ impl Subject {
         PhotonTracer::new(gpu(), scene, &self.params, &self.constants()).unwrap()
     }
 
-    /// Ordinary paths that end as aimed ones do, so that they take less time.
-    fn ordinary_caustics(&self) -> PhotonTracer {
-        let constants = [self.constants(), vec![("STORES_GLOBAL", 0.0)]].concat();
-        PhotonTracer::new(gpu(), &self.loaded.on_gpu, &self.params, &constants).unwrap()
-    }
-
     fn aimed_at(&self, targets: &SpecularTargets) -> PhotonTracer {
         let (scene, constants) = (&self.loaded.on_gpu, self.constants());
         PhotonTracer::aimed(gpu(), scene, &self.params, &constants, AIMED, targets).unwrap()
@@ -77,7 +75,7 @@ fn map(tracer: &PhotonTracer, frame: u32) -> (Vec<StoredPhoton>, PhotonCounters)
         seed: 1,
         frame,
     };
-    trace(tracer, &settings)
+    photon_flux::trace(tracer, &settings)
 }
 
 /// Quarters of the scene, by the signs of x and z, in which light is summed up.
@@ -177,7 +175,12 @@ fn ball(stage: Stage, center: Vec3, radius_m: f32, material: Value) -> Stage {
     stage.triangles(&positions, &corners, material)
 }
 
-/// A room four metres wide and two high, with a glass ball and a mirror that stands.
+/// Diffuse, under a coat whose reflection rays follow.
+fn varnished() -> Value {
+    json!({"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.2}, "doubleSided": true})
+}
+
+/// A room four metres wide and two high, with a glass ball, a mirror that stands and a varnished table.
 fn room() -> Stage {
     let stage = empty_room();
     let (corner, u, v) = (
@@ -186,36 +189,50 @@ fn room() -> Stage {
         Vec3::new(0.0, 0.7, 0.0),
     );
     let stage = stage.quad(corner, u, v, mirror());
+    let (corner, u, v) = (Vec3::new(0.8, 0.3, 0.3), 0.8 * Vec3::Z, 0.6 * Vec3::X);
+    let stage = stage.quad(corner, u, v, varnished());
     ball(stage, Vec3::new(-0.5, 0.4, 0.3), 0.3, glass())
 }
 
 fn empty_room() -> Stage {
-    let mut stage = Stage::new(Vec3::new(0.0, 1.5, 1.9), Vec3::ZERO);
+    let stage = with_glass(Stage::new(Vec3::new(0.0, 1.5, 1.9), Vec3::ZERO));
+    stage.cuboid(Vec3::Y, -Vec3::new(2.0, 1.0, 2.0), lambert([0.5; 3]))
+}
+
+fn with_glass(mut stage: Stage) -> Stage {
     let used = stage.glb.json["extensionsUsed"].as_array_mut().unwrap();
     used.extend(["KHR_materials_transmission", "KHR_materials_volume"].map(|name| json!(name)));
-    let half_m = -Vec3::new(2.0, 1.0, 2.0);
-    stage.cuboid(Vec3::Y, half_m, lambert([0.5; 3]))
+    stage
 }
 
 /// Fails unless aimed photons bring what ordinary ones bring, by a check that a tenth more does not pass.
 fn assert_as_ordinary(scene: Scene, what: &str) {
     let subject = Subject::new(scene);
-    let ordinary = Power::of(&subject.ordinary_caustics());
+    let ordinary = Power::of(&subject.ordinary());
     let aimed = Power::of(&subject.aimed());
-    println!("{what}: {aimed:?}, ordinary {ordinary:?}");
     assert!(aimed.total_w() > 0.0, "{what}");
     assert!(
         aimed.agrees_with(&ordinary),
         "{what}: {aimed:?}, {ordinary:?}"
     );
-    assert!(
-        !aimed.agrees_with(&ordinary.scaled(1.1)),
-        "{what} tells nothing"
-    );
+    let more = ordinary.scaled(1.1);
+    assert!(!aimed.agrees_with(&more), "{what}: {aimed:?}, {more:?}");
 }
 
-fn spot() -> Value {
-    json!({"type": "spot", "intensity": 5.0, "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.6}})
+/// Its front is towards the floor.
+fn lamp(stage: Stage, corner: Vec3, material: Value) -> Stage {
+    stage.quad(corner, 0.6 * Vec3::X, 0.5 * Vec3::Z, material)
+}
+
+fn one_sided() -> Value {
+    let mut material = glowing([2.0, 1.0, 0.5]);
+    material["doubleSided"] = json!(false);
+    material
+}
+
+fn spot(stage: Stage, position_m: Vec3) -> Stage {
+    let light = json!({"type": "spot", "intensity": 5.0, "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.6}});
+    stage.light(light, looking_down(position_m))
 }
 
 /// A node that stands at a place and looks down.
@@ -225,18 +242,222 @@ fn looking_down(position_m: Vec3) -> Value {
 }
 
 #[test]
-fn aimed_photons_bring_the_caustic_light_of_every_kind_of_light() {
+fn aimed_photons_bring_the_caustic_light_of_triangles_that_shine_to_either_side_or_both() {
     let corner = Vec3::new(-0.4, 1.6, -0.2);
-    // Its front is towards the floor.
-    let (u, v) = (Vec3::new(0.6, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.5));
-    let mut one_sided = glowing([2.0, 1.0, 0.5]);
-    one_sided["doubleSided"] = json!(false);
-    let area = |stage: Stage, material| stage.quad(corner, u, v, material);
-    assert_as_ordinary(area(room(), one_sided.clone()).load(), "area, one side");
-    assert_as_ordinary(area(room(), glowing([1.0; 3])).load(), "area, two sides");
+    assert_as_ordinary(lamp(room(), corner, one_sided()).load(), "front");
+    assert_as_ordinary(lamp(room(), corner, glowing([1.0; 3])).load(), "both");
 
+    let mut mirrored = lamp(room(), corner, one_sided());
+    let node = mirrored.glb.json["nodes"].as_array().unwrap().len() - 1;
+    let scales = [[-1.0f32, 1.0, 1.0]; 2];
+    mirrored
+        .glb
+        .animate(node, "scale", "LINEAR", &[0.0, 1.0], &scales);
+    assert_as_ordinary(mirrored.load(), "back");
+}
+
+#[test]
+fn aimed_photons_bring_the_caustic_light_of_point_spot_and_directional_lights() {
     let above = Vec3::new(0.1, 1.7, 0.2);
     assert_as_ordinary(room().point_light(above, 3.0).load(), "point");
-    let lit = room().light(spot(), looking_down(Vec3::new(-0.3, 1.7, 0.2)));
-    assert_as_ordinary(lit.load(), "spot");
+    let above = Vec3::new(-0.3, 1.7, 0.2);
+    assert_as_ordinary(spot(room(), above).load(), "spot");
+
+    let sun = json!({"type": "directional", "intensity": 3.0});
+    let slanted = json!({"rotation": [-0.6, 0.1, 0.2, 0.76811457]});
+    // No room around it: the sun would not shine in.
+    let floor = open_floor();
+    let floor = ball(floor, Vec3::new(-0.5, 0.5, 0.3), 0.3, glass());
+    let floor = ball(floor, Vec3::new(-0.2, 0.5, 0.1), 0.2, mirror());
+    assert_as_ordinary(floor.light(sun, slanted).load(), "directional");
+}
+
+fn open_floor() -> Stage {
+    let (u, v) = (4.0 * Vec3::Z, 4.0 * Vec3::X);
+    with_glass(Stage::new(Vec3::new(0.0, 1.5, 1.9), Vec3::ZERO)).quad(
+        Vec3::new(-2.0, 0.0, -2.0),
+        u,
+        v,
+        lambert([0.5; 3]),
+    )
+}
+
+#[test]
+fn aimed_photons_bring_the_caustic_light_of_lights_within_a_target() {
+    let within = Vec3::new(-0.5, 0.4, 0.3);
+    assert_as_ordinary(room().point_light(within, 3.0).load(), "point");
+    assert_as_ordinary(spot(room(), within).load(), "spot");
+    // In the sphere around a tall mirror, which stands for a target that takes all that the lamp gives.
+    let (corner, u, v) = (Vec3::new(-1.9, 0.1, -1.0), 2.0 * Vec3::Z, 1.8 * Vec3::Y);
+    let tall = room().quad(corner, u, v, mirror());
+    let corner = Vec3::new(-1.5, 1.4, -0.2);
+    assert_as_ordinary(lamp(tall, corner, glowing([1.0; 3])).load(), "area");
+}
+
+#[test]
+fn rays_that_meet_two_targets_count_once() {
+    let two_balls = |first, second| {
+        let stage = ball(empty_room(), Vec3::new(-0.2, 0.6, 0.0), 0.3, first);
+        let stage = ball(stage, Vec3::new(0.1, 0.7, 0.1), 0.3, second);
+        stage.point_light(Vec3::new(-0.6, 1.8, 0.2), 3.0).load()
+    };
+    let subject = Subject::new(two_balls(glass(), glass()));
+    let ordinary = Power::of(&subject.ordinary());
+    let aimed = Power::of(&subject.aimed());
+    assert!(aimed.agrees_with(&ordinary), "{aimed:?}, {ordinary:?}");
+
+    // As if each ball were alone: what meets both spheres counts for each.
+    let diffuse = || lambert([0.5; 3]);
+    let [first, second] = [two_balls(glass(), diffuse()), two_balls(diffuse(), glass())]
+        .map(|scene| Power::of(&subject.aimed_at(&subject.targets_of(&scene))));
+    let each = first.plus(&second);
+    assert!(!each.agrees_with(&ordinary), "{each:?}, {ordinary:?}");
+}
+
+#[test]
+fn caustics_follow_a_glass_ball_that_moves() {
+    let mut stage = ball(empty_room(), Vec3::ZERO, 0.3, glass());
+    let node = stage.glb.json["nodes"].as_array().unwrap().len() - 1;
+    let places = [[-0.9f32, 0.6, -0.8], [0.9, 0.6, 0.8]];
+    // Of another size along each axis, and mirrored.
+    let scales = [[1.2f32, -0.6, 1.0]; 2];
+    for (path, values) in [("translation", places), ("scale", scales)] {
+        stage
+            .glb
+            .animate(node, path, "LINEAR", &[0.0, 1.0], &values);
+    }
+    let scene = stage.point_light(Vec3::new(0.0, 1.8, 0.0), 3.0).load();
+    let (early, late) = (scene.pose_at(0.0), scene.pose_at(0.9));
+    let mut subject = Subject::new(scene);
+    let targets = subject.targets_of(&subject.loaded.scene);
+    let mut powers = |pose: &ScenePose, aim: &ScenePose| {
+        subject.loaded.on_gpu.set_pose(gpu(), pose);
+        targets.set_pose(gpu(), aim);
+        [subject.ordinary(), subject.aimed_at(&targets)].map(|tracer| Power::of(&tracer))
+    };
+    let quarter_of_most = |power: &Power| {
+        let most_w = power.mean_w.into_iter().fold(0.0, f64::max);
+        power.mean_w.iter().position(|mean_w| *mean_w == most_w)
+    };
+    for (pose, quarter) in [(&early, 0), (&late, 3)] {
+        let [ordinary, aimed] = powers(pose, pose);
+        assert!(aimed.agrees_with(&ordinary), "{aimed:?}, {ordinary:?}");
+        assert_eq!(quarter_of_most(&aimed), Some(quarter), "{aimed:?}");
+    }
+    let [ordinary, astray] = powers(&late, &early);
+    assert!(!astray.agrees_with(&ordinary), "{astray:?}, {ordinary:?}");
+}
+
+/// The names of the passes that tracing a map takes.
+fn passes_of(tracer: &PhotonTracer) -> Vec<&'static str> {
+    let mut timer = PassTimer::new(gpu());
+    let mut recorder = Recorder::new(gpu(), &mut timer);
+    let settings = TraceSettings {
+        path_count: AIMED,
+        depth_max: 16,
+        seed: 1,
+        frame: 0,
+    };
+    tracer.record(&mut recorder, &settings);
+    let passes = recorder.finish().unwrap();
+    passes.iter().map(|pass| pass.name).collect()
+}
+
+#[test]
+fn without_specular_surfaces_or_without_light_no_photon_is_aimed() {
+    let above = Vec3::new(0.1, 1.7, 0.2);
+    let lit = |stage: Stage| Subject::new(stage.point_light(above, 3.0).load()).aimed();
+    let diffuse = lit(empty_room());
+    assert!(passes_of(&diffuse).is_empty());
+    assert_eq!(map(&diffuse, 0).0, []);
+    assert_eq!(map(&Subject::new(room().load()).aimed(), 0).0, []);
+
+    let specular = lit(room());
+    assert_eq!(passes_of(&specular), [trace::TRACING]);
+    assert!(!map(&specular, 0).0.is_empty());
+}
+
+#[test]
+fn aimed_photons_are_caustic_ones_and_ordinary_ones_can_leave_those_out() {
+    let subject = Subject::new(room().point_light(Vec3::new(0.1, 1.7, 0.2), 3.0).load());
+    let aimed = map(&subject.aimed(), 0).0;
+    assert!(aimed.iter().all(|photon| photon.is_caustic));
+
+    let ordinary = map(&subject.ordinary(), 0).0;
+    let constants = [subject.constants(), vec![("STORES_CAUSTIC", 0.0)]].concat();
+    let scene = &subject.loaded.on_gpu;
+    let others = PhotonTracer::new(gpu(), scene, &subject.params, &constants).unwrap();
+    let is_global = |photon: &&StoredPhoton| !photon.is_caustic;
+    let expected: Vec<StoredPhoton> = ordinary.iter().filter(is_global).copied().collect();
+    assert!(expected.len() < ordinary.len());
+    assert!(map(&others, 0).0 == expected);
+}
+
+const SIZE: (u32, u32) = (48, 48);
+
+/// A tracer, and the classes that a map of its photons holds.
+type Held = (PhotonTracer, &'static [PhotonClass]);
+
+/// What the camera sees by the photons of the maps, in the mean of some.
+fn picture(subject: &Subject, maps: &[Held]) -> LinearImage {
+    let scene = &subject.loaded.on_gpu;
+    let effects = technique::effects(&subject.loaded.scene, &subject.params);
+    let settings = MapSettings {
+        global_radius_m: 0.1,
+        caustic_radius_m: 0.05,
+        radius_scale_max: 1.0,
+        normal_cos_min: subject.params.gather.normal_cos_min,
+        flatness: subject.params.gather.flatness,
+    };
+    let sorted = |(tracer, classes): &Held| {
+        let mut map = PhotonMap::new(gpu(), tracer, scene.bounds(), classes).unwrap();
+        map.configure(gpu(), &settings);
+        map
+    };
+    let sorted: Vec<PhotonMap> = maps.iter().map(sorted).collect();
+    let photons: Vec<_> = maps.iter().map(|(t, _)| t).zip(&sorted).collect();
+    let light = EyeLight {
+        by_shadow_rays: false,
+        photons: &photons,
+    };
+    let constants = subject.constants();
+    let eyes = EyePass::new(gpu(), scene, &light, &effects, &constants, SIZE, 4).unwrap();
+    let view = subject.loaded.scene.cameras[0].view(SIZE.0, SIZE.1);
+    let image = EyeImage::new(gpu(), SIZE.0, SIZE.1).unwrap();
+    let mut timer = PassTimer::new(gpu());
+    let mut recorder = Recorder::new(gpu(), &mut timer);
+    for frame in 0..4 {
+        for (tracer, map) in &photons {
+            let settings = TraceSettings {
+                path_count: ORDINARY,
+                depth_max: 16,
+                seed: 1,
+                frame,
+            };
+            tracer.record(&mut recorder, &settings);
+            map.record(&mut recorder);
+        }
+        let eye = EyeSettings {
+            frame,
+            ..EyeSettings::new(&subject.params, view, None)
+        };
+        eyes.record(&mut recorder, &eye, &image).unwrap();
+    }
+    recorder.finish().unwrap();
+    image.read(gpu()).unwrap()
+}
+
+#[test]
+fn a_map_of_aimed_photons_takes_the_place_of_the_ordinary_map_s_caustic_class() {
+    use PhotonClass::{Caustic, Global};
+    let subject = Subject::new(spot(room(), Vec3::new(-0.3, 1.7, 0.2)).load());
+    let scene = &subject.loaded.on_gpu;
+    let constants = [subject.constants(), vec![("STORES_CAUSTIC", 0.0)]].concat();
+    let others = || PhotonTracer::new(gpu(), scene, &subject.params, &constants).unwrap();
+    let ordinary = picture(&subject, &[(subject.ordinary(), &[Global, Caustic])]);
+    let aimed = [(others(), &[Global][..]), (subject.aimed(), &[Caustic][..])];
+    let both = picture(&subject, &aimed);
+    means_agree(mean(&both), mean(&ordinary), 0.01).unwrap();
+    let without = picture(&subject, &[(others(), &[Global])]);
+    assert!(means_agree(mean(&without), mean(&ordinary), 0.01).is_err());
 }
