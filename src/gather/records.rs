@@ -39,7 +39,7 @@ impl IrradianceRecords {
         count: u32,
         size: (u32, u32),
     ) -> Result<Self, GpuError> {
-        let store = PhotonStore::new(gpu, count)?;
+        let store = PhotonStore::new(gpu, count, &[PhotonClass::Global])?;
         let counters = PhotonCounters {
             stored: count,
             emitted: 1,
@@ -70,7 +70,7 @@ impl IrradianceRecords {
         Ok(Self {
             places: kernel(stages::record_points)?,
             irradiance: kernel(stages::record_irradiance)?,
-            map: PhotonMap::new(gpu, &store, scene.bounds(), &[PhotonClass::Global])?,
+            map: PhotonMap::new(gpu, &store, scene.bounds())?,
             store,
             eye,
             count,

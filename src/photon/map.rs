@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::sort::{PrefixSum, RadixSort};
-use super::store::PhotonStore;
+use super::store::{PhotonClass, PhotonStore};
 use crate::gpu::layout::{PhotonGrid, PhotonMapUniform};
 use crate::gpu::pass::{BoundKernel, Kernel, Recorder, Resources};
 use crate::gpu::resources::{self, SplitArray};
@@ -15,25 +15,6 @@ use crate::scene::Aabb;
 const CELLS_MAX: u32 = 1 << 21;
 /// Bits of a cell's number over both grids.
 const KEY_BITS: u32 = 22;
-
-/// Photons that are gathered with a radius of their own (shaders/photon_map.wgsl).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PhotonClass {
-    /// All that is not caustic.
-    Global,
-    /// Light that met nothing but mirrors and glass before.
-    Caustic,
-}
-
-impl PhotonClass {
-    /// Its number in the shaders.
-    pub fn number(self) -> f64 {
-        match self {
-            Self::Global => 0.0,
-            Self::Caustic => 1.0,
-        }
-    }
-}
 
 /// Name of the pass that sorts photons, as the timings give it.
 pub const SORTING: &str = "photon sorting";
@@ -71,20 +52,16 @@ pub struct PhotonMap {
 }
 
 impl PhotonMap {
-    /// Room for all the photons of `store`, over `bounds`, told apart in `classes`, each once: those that are stored.
+    /// Room for all the photons of `store`, over `bounds`, with a grid for each of its classes.
     ///
     /// # Errors
     /// [`GpuError::BufferTooLarge`] when the map does not fit the device.
-    pub fn new(
-        gpu: &GpuDevice,
-        store: &PhotonStore,
-        bounds: Aabb,
-        classes: &'static [PhotonClass],
-    ) -> Result<Self, GpuError> {
+    pub fn new(gpu: &GpuDevice, store: &PhotonStore, bounds: Aabb) -> Result<Self, GpuError> {
         let capacity = store.capacity();
         let count = u64::from(capacity);
         let uniform = resources::uniform::<PhotonMapUniform>(gpu, "photon_map");
         // One more than the cells: the last entry is the end of the last cell.
+        let classes = store.classes();
         let cell_count_max = classes.len() as u32 * CELLS_MAX;
         let cell_counts =
             resources::storage::<u32>(gpu, "cell_counts", u64::from(cell_count_max) + 1)?;

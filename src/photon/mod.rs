@@ -5,6 +5,6 @@ pub mod sort;
 pub mod store;
 pub mod trace;
 
-pub use map::{MapSettings, PhotonClass, PhotonMap};
-pub use store::PhotonStore;
+pub use map::{MapSettings, PhotonMap};
+pub use store::{PhotonClass, PhotonStore};
 pub use trace::{PhotonTracer, TraceSettings};

@@ -5,32 +5,62 @@ use crate::gpu::pass::Resources;
 use crate::gpu::resources::{self, SplitArray};
 use crate::gpu::{GpuDevice, GpuError};
 
+/// Photons that are gathered with a radius of their own (shaders/photon_map.wgsl).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhotonClass {
+    /// All that is not caustic.
+    Global,
+    /// Light that met nothing but mirrors and glass before.
+    Caustic,
+}
+
+impl PhotonClass {
+    /// Its number in the shaders.
+    pub fn number(self) -> f64 {
+        match self {
+            Self::Global => 0.0,
+            Self::Caustic => 1.0,
+        }
+    }
+}
+
 /// Room for photons.
 pub struct PhotonStore {
     counters: wgpu::Buffer,
     positions: SplitArray,
     fluxes: SplitArray,
     capacity: u32,
+    classes: &'static [PhotonClass],
 }
 
 impl PhotonStore {
-    /// Room for `capacity` photons, and none in it.
+    /// Room for `capacity` photons of some classes, each once, and none in it.
     ///
     /// # Errors
     /// [`GpuError::BufferTooLarge`] when they do not fit the device.
-    pub fn new(gpu: &GpuDevice, capacity: u32) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &GpuDevice,
+        capacity: u32,
+        classes: &'static [PhotonClass],
+    ) -> Result<Self, GpuError> {
         let count = u64::from(capacity);
         Ok(Self {
             counters: resources::storage::<PhotonCounters>(gpu, "counters", 1)?,
             positions: SplitArray::new::<[f32; 4]>(gpu, "photon_position", count)?,
             fluxes: SplitArray::new::<[f32; 4]>(gpu, "photon_flux", count)?,
             capacity,
+            classes,
         })
     }
 
     /// Photons that it holds at most.
     pub fn capacity(&self) -> u32 {
         self.capacity
+    }
+
+    /// The classes that its photons are told apart in.
+    pub fn classes(&self) -> &'static [PhotonClass] {
+        self.classes
     }
 
     /// Into how many chunks the photon arrays are cut.

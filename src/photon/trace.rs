@@ -1,6 +1,6 @@
 //! Photon tracing: wavefronts of paths, batch by batch, into an unsorted store.
 
-use super::store::PhotonStore;
+use super::store::{PhotonClass, PhotonStore};
 use crate::gpu::layout::{Photon, PhotonPath, TraceUniform};
 use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, Threads, UniformSequence};
 use crate::gpu::resources;
@@ -58,8 +58,8 @@ pub struct PhotonTracer {
 }
 
 impl PhotonTracer {
-    /// Room and kernels for up to `params.photon.count` paths a map, which leave photons of all classes; without caustic ones where
-    /// `constants` set `STORES_CAUSTIC` to 0, for a map of aimed ones beside it.
+    /// Room and kernels for up to `params.photon.count` paths a map, which leave photons of all kinds: caustic ones apart from the others
+    /// unless `constants` set `HAS_CAUSTICS` to 0, and none of them where they set `STORES_CAUSTIC` to 0, for a map of aimed ones beside it.
     ///
     /// # Errors
     /// [`GpuError::BufferTooLarge`] when the map does not fit the device.
@@ -116,7 +116,19 @@ impl PhotonTracer {
         let capacity = capacity_wanted
             .max(f64::from(batch) * 2.0)
             .min(f64::from(1u32 << 28)) as u32;
-        let store = PhotonStore::new(gpu, capacity)?;
+        // What no constant leaves out is there.
+        let has = |name| {
+            constants
+                .iter()
+                .all(|(n, value)| *n != name || *value != 0.0)
+        };
+        let has_caustics = has("HAS_CAUSTICS") && has("STORES_CAUSTIC");
+        let classes: &[PhotonClass] = match (targets.is_some(), has_caustics) {
+            (true, _) => &[PhotonClass::Caustic],
+            (false, true) => &[PhotonClass::Global, PhotonClass::Caustic],
+            (false, false) => &[PhotonClass::Global],
+        };
+        let store = PhotonStore::new(gpu, capacity, classes)?;
         let target_count = targets.map_or(0, SpecularTargets::count);
         let size_of_name = |array: &str| match array {
             "TARGET_COUNT" => target_count,

@@ -2,10 +2,9 @@
 //!
 //! Photons that are aimed at these spheres (`shaders/photon_aim.wgsl`) are all that can become caustic photons.
 //! Source: Jensen, "Global Illumination using Photon Maps", 1996, section 2.1, aims caustic photons at specular objects.
-//! Limits: a piece has one sphere, however long or flat it is. Tiles would not narrow a mirror floor: their spheres overlap, and half as
-//! wide and four times as many they fill the same angle.
+//! Limits: alpha masks are not looked at, nor where a texture makes a surface rough.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{Affine3A, Mat3, Vec3};
 
@@ -13,8 +12,14 @@ use super::{Aabb, Material, Mesh, Scene, ScenePose};
 use crate::gpu::layout::SpecularTarget;
 use crate::gpu::{GpuDevice, GpuError, resources};
 
-/// Most spheres at a time; nearby pieces share one where there are more.
+/// Most spheres at a time. Nearby pieces share one where there are more; long and flat pieces get several where there are fewer.
 pub const TARGETS_MAX: usize = 64;
+
+/// The halves of a piece have a sphere each where these cover no more than this many times its own sphere's section. A square's halves
+/// cover 1.25 times as much, and their halves no more than the square; a cube's and a ball's halves cover 1.5 times and twice as much.
+/// A mirror floor in 64 tiles is met by five times as many rays from a lamp above as in one sphere, around the lamp, a strip in eight by 31
+/// times as many.
+const HALVES_SECTION_MAX: f32 = 1.3;
 
 /// The spheres of a scene, and their buffer on the device.
 pub struct SpecularTargets {
@@ -42,7 +47,8 @@ impl SpecularTargets {
             .iter()
             .map(|material| importance(material, gathered_alpha_min))
             .collect();
-        let of_mesh = |mesh: &Mesh| merged(pieces(mesh, &importance), TARGETS_MAX);
+        let of_mesh =
+            |mesh: &Mesh| merged(parted(pieces(mesh, &importance), TARGETS_MAX), TARGETS_MAX);
         let fixed = of_mesh(&scene.static_mesh);
         let of_objects: Vec<_> = scene.objects.iter().map(|o| of_mesh(&o.mesh)).collect();
         let all = fixed.len() + of_objects.iter().map(Vec::len).sum::<usize>();
@@ -108,8 +114,61 @@ fn importance(material: &Material, gathered_alpha_min: f32) -> f32 {
 /// Keeps the flux of photons bounded that meet a piece by chance, on the way to another.
 const IMPORTANCE_MIN: f32 = 0.01;
 
-/// A sphere around each connected piece of a mesh whose materials have an importance.
-fn pieces(mesh: &Mesh, importance_of_material: &[f32]) -> Vec<SpecularTarget> {
+/// A part of the surface, and the sphere around it.
+#[derive(Clone, Debug)]
+struct Piece {
+    /// Convex.
+    polygons: Vec<Vec<Vec3>>,
+    target: SpecularTarget,
+}
+
+impl Piece {
+    fn new(polygons: Vec<Vec<Vec3>>, importance: f32) -> Self {
+        let center = bounds_of(polygons.iter().flatten().copied()).center();
+        let distances = polygons.iter().flatten().map(|p| p.distance(center));
+        let target = SpecularTarget {
+            center: center.to_array(),
+            radius_m: distances.fold(0.0, f32::max),
+            importance,
+            ..SpecularTarget::default()
+        };
+        Self { polygons, target }
+    }
+
+    /// Both halves of its longest side, if spheres around them fit better.
+    fn halves(&self) -> Option<[Self; 2]> {
+        let bounds = bounds_of(self.polygons.iter().flatten().copied());
+        let axis = (bounds.max - bounds.min).max_position();
+        let at = bounds.center()[axis];
+        let halves = [1.0, -1.0].map(|side| {
+            let polygons = self.polygons.iter().map(|p| below(p, axis, at, side));
+            let polygons = polygons.filter(|polygon| polygon.len() > 2).collect();
+            Self::new(polygons, self.target.importance)
+        });
+        let section = |piece: &Self| piece.target.radius_m * piece.target.radius_m;
+        let sections = halves.iter().map(section).sum::<f32>();
+        (sections <= HALVES_SECTION_MAX * section(self)).then_some(halves)
+    }
+}
+
+/// The part of a convex polygon where `side` times the coordinate is at most `side` times `at`.
+fn below(polygon: &[Vec3], axis: usize, at: f32, side: f32) -> Vec<Vec3> {
+    let mut part = Vec::with_capacity(polygon.len() + 1);
+    for (index, &corner) in polygon.iter().enumerate() {
+        let next = polygon[(index + 1) % polygon.len()];
+        let [here, there] = [corner, next].map(|p| side * (p[axis] - at));
+        if here <= 0.0 {
+            part.push(corner);
+        }
+        if here * there < 0.0 {
+            part.push(corner.lerp(next, here / (here - there)));
+        }
+    }
+    part
+}
+
+/// The connected pieces of a mesh's surfaces whose materials have an importance.
+fn pieces(mesh: &Mesh, importance_of_material: &[f32]) -> Vec<Piece> {
     let importance =
         |triangle: usize| importance_of_material[mesh.material_of_triangle[triangle] as usize];
     let specular: Vec<usize> = (0..mesh.triangles.len())
@@ -127,33 +186,34 @@ fn pieces(mesh: &Mesh, importance_of_material: &[f32]) -> Vec<SpecularTarget> {
             piece_of[a.max(b)] = a.min(b);
         }
     }
-    let roots: Vec<usize> = (0..specular.len())
-        .map(|index| root(&mut piece_of, index))
-        .collect();
-    let mut bounds = vec![Aabb::EMPTY; specular.len()];
-    for (&root, &triangle) in roots.iter().zip(&specular) {
-        for corner in mesh.corners(triangle) {
-            bounds[root].include(corner);
+    let mut parts: BTreeMap<usize, (Vec<Vec<Vec3>>, f32)> = BTreeMap::new();
+    for (index, &triangle) in specular.iter().enumerate() {
+        let (polygons, most) = parts.entry(root(&mut piece_of, index)).or_default();
+        polygons.push(mesh.corners(triangle).to_vec());
+        *most = most.max(importance(triangle));
+    }
+    let parts = parts.into_values();
+    parts
+        .map(|(polygons, importance)| Piece::new(polygons, importance))
+        .collect()
+}
+
+/// Spheres around all pieces, in halves and halves of halves where those fit better, the widest first: as many as `count_max` at most,
+/// or one for each piece.
+fn parted(mut pieces: Vec<Piece>, count_max: usize) -> Vec<SpecularTarget> {
+    let mut whole = Vec::new();
+    while pieces.len() + whole.len() < count_max {
+        let radius_m = |index: &usize| pieces[*index].target.radius_m;
+        let widest = (0..pieces.len()).max_by(|a, b| f32::total_cmp(&radius_m(a), &radius_m(b)));
+        let Some(widest) = widest else { break };
+        let piece = pieces.swap_remove(widest);
+        match piece.halves() {
+            Some(halves) => pieces.extend(halves),
+            None => whole.push(piece.target),
         }
     }
-    let mut targets: Vec<SpecularTarget> = bounds
-        .iter()
-        .map(|bounds| SpecularTarget {
-            center: bounds.center().to_array(),
-            ..SpecularTarget::default()
-        })
-        .collect();
-    for (&root, &triangle) in roots.iter().zip(&specular) {
-        let target = &mut targets[root];
-        let center = Vec3::from_array(target.center);
-        for corner in mesh.corners(triangle) {
-            target.radius_m = target.radius_m.max(corner.distance(center));
-        }
-        target.importance = target.importance.max(importance(triangle));
-    }
-    // Only the root of a piece has an importance.
-    targets.retain(|target| target.importance > 0.0);
-    targets
+    whole.extend(pieces.into_iter().map(|piece| piece.target));
+    whole
 }
 
 /// The first triangle of a piece; shortens the way to it.
@@ -172,7 +232,7 @@ fn moved(target: &SpecularTarget, scene_from_object: Affine3A) -> SpecularTarget
     let squared = linear.transpose() * linear;
     let row_sum = |row: usize| squared.row(row).abs().element_sum();
     let stretch = (0..3).map(row_sum).fold(0.0, f32::max).sqrt();
-    let center = scene_from_object.transform_point3(Vec3::from_array(target.center));
+    let center = scene_from_object.transform_point3(center_of(target));
     SpecularTarget {
         center: center.to_array(),
         radius_m: target.radius_m * stretch,
@@ -194,7 +254,7 @@ fn merged(mut targets: Vec<SpecularTarget>, count_max: usize) -> Vec<SpecularTar
             .max_by(|&a, &b| groups[a].0.radius_m.total_cmp(&groups[b].0.radius_m));
         let Some(group) = parted else { break };
         let (_, members) = groups.swap_remove(group);
-        let bounds = bounds_of_centers(members);
+        let bounds = bounds_of(members.iter().map(center_of));
         let axis = (bounds.max - bounds.min).max_position();
         let half = members.len() / 2;
         members.select_nth_unstable_by(half, |a, b| a.center[axis].total_cmp(&b.center[axis]));
@@ -204,18 +264,21 @@ fn merged(mut targets: Vec<SpecularTarget>, count_max: usize) -> Vec<SpecularTar
     groups.into_iter().map(|(target, _)| target).collect()
 }
 
-fn bounds_of_centers(targets: &[SpecularTarget]) -> Aabb {
-    let mut bounds = Aabb::EMPTY;
-    for target in targets {
-        bounds.include(Vec3::from_array(target.center));
-    }
-    bounds
+fn bounds_of(points: impl Iterator<Item = Vec3>) -> Aabb {
+    points.fold(Aabb::EMPTY, |mut bounds, point| {
+        bounds.include(point);
+        bounds
+    })
+}
+
+fn center_of(target: &SpecularTarget) -> Vec3 {
+    Vec3::from_array(target.center)
 }
 
 /// A sphere around spheres.
 fn around(targets: &[SpecularTarget]) -> SpecularTarget {
-    let center = bounds_of_centers(targets).center();
-    let reach_m = |t: &SpecularTarget| center.distance(Vec3::from_array(t.center)) + t.radius_m;
+    let center = bounds_of(targets.iter().map(center_of)).center();
+    let reach_m = |t: &SpecularTarget| center.distance(center_of(t)) + t.radius_m;
     SpecularTarget {
         center: center.to_array(),
         radius_m: targets.iter().map(reach_m).fold(0.0, f32::max),
@@ -226,6 +289,8 @@ fn around(targets: &[SpecularTarget]) -> SpecularTarget {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3Swizzles;
+
     use super::*;
 
     /// Two triangles of a square with a corner at `corner` that share no vertex, as at a seam.
@@ -256,12 +321,13 @@ mod tests {
         square(&mut mesh, Vec3::new(1.0, 0.0, 0.0), 1.0, GLOSS);
         square(&mut mesh, Vec3::new(2.0, 0.0, 0.0), 1.0, DIFFUSE);
         square(&mut mesh, Vec3::new(3.0, 0.0, 0.0), 1.0, GLOSS);
-        let targets = pieces(&mesh, &[0.0, 1.0, 0.1]);
+        let one_each = |importance| parted(pieces(&mesh, importance), 0);
+        let targets = one_each(&[0.0, 1.0, 0.1]);
         // Glass and gloss touch; diffuse parts them from the other.
         let of = |target: &SpecularTarget| (target.center[0], target.radius_m, target.importance);
         let expected = [(1.0, 1.25f32.sqrt(), 1.0), (3.5, 0.5f32.sqrt(), 0.1)];
         assert_eq!(targets.iter().map(of).collect::<Vec<_>>(), expected);
-        assert!(pieces(&mesh, &[0.0; 3]).is_empty());
+        assert!(one_each(&[0.0; 3]).is_empty());
     }
 
     #[test]
@@ -275,7 +341,7 @@ mod tests {
         for place in &places {
             square(&mut mesh, *place, 1e-6, 0);
         }
-        let all = pieces(&mesh, &[1.0]);
+        let all = parted(pieces(&mesh, &[1.0]), TARGETS_MAX);
         assert_eq!(all.len(), 5000);
         let targets = merged(all, TARGETS_MAX);
         assert_eq!(targets.len(), TARGETS_MAX);
@@ -285,6 +351,32 @@ mod tests {
         let whole = merged(targets.clone(), 1);
         let widest_m = targets.iter().map(|t| t.radius_m).fold(0.0, f32::max);
         assert!(widest_m < 0.5 * whole[0].radius_m, "{widest_m} {whole:?}");
+    }
+
+    #[test]
+    fn a_mirror_floor_is_covered_by_many_narrow_spheres_and_a_cube_by_one() {
+        let mut floor = Mesh::default();
+        square(&mut floor, Vec3::ZERO, 1.0, 0);
+        let targets = parted(pieces(&floor, &[1.0]), TARGETS_MAX);
+        assert_eq!(targets.len(), TARGETS_MAX);
+        let place = |i: u32| Vec3::new((i % 101) as f32, (i / 101) as f32, 0.0) / 100.0;
+        let is_held = |i: u32| targets.iter().any(|target| holds(target, place(i)));
+        assert!((0..101 * 101).all(is_held));
+        let widest_m = targets.iter().map(|t| t.radius_m).fold(0.0, f32::max);
+        assert!((widest_m - 0.5f32.sqrt() / 8.0).abs() < 1e-5, "{widest_m}");
+
+        let mut cube = Mesh::default();
+        for corner in [Vec3::ZERO, Vec3::Z] {
+            square(&mut cube, corner, 1.0, 0);
+        }
+        let faces = cube.positions.clone();
+        for turn in [1, 2] {
+            let turned = faces.iter().map(|p| [*p, p.zxy(), p.yzx()][turn]);
+            cube.positions.extend(turned);
+        }
+        cube.triangles = (0..12).map(|t| [0, 1, 2].map(|c| 3 * t + c)).collect();
+        cube.material_of_triangle = vec![0; 12];
+        assert_eq!(parted(pieces(&cube, &[1.0]), TARGETS_MAX).len(), 1);
     }
 
     #[test]

@@ -102,7 +102,7 @@ impl FoveatedPhotonMapping {
             false => None,
             true => {
                 let tracer = PhotonTracer::new(gpu, scene, params, &constants)?;
-                let map = PhotonMap::new(gpu, tracer.store(), scene.bounds(), classes)?;
+                let map = PhotonMap::new(gpu, tracer.store(), scene.bounds())?;
                 let filled_from = (tracer.store(), &map);
                 let count = params.record.count;
                 let records =
@@ -121,8 +121,7 @@ impl FoveatedPhotonMapping {
                 )?;
                 let count = params.record.caustic_photons;
                 let tracer = PhotonTracer::aimed(gpu, scene, params, &constants, count, &targets)?;
-                let classes = &[PhotonClass::Caustic];
-                let map = PhotonMap::new(gpu, tracer.store(), scene.bounds(), classes)?;
+                let map = PhotonMap::new(gpu, tracer.store(), scene.bounds())?;
                 Some((targets, tracer, map))
             }
         };

@@ -54,14 +54,6 @@ impl Plan {
         }
     }
 
-    /// The classes that photons are told apart in.
-    fn classes(&self) -> &'static [PhotonClass] {
-        match self.caustics {
-            true => &[PhotonClass::Global, PhotonClass::Caustic],
-            false => &[PhotonClass::Global],
-        }
-    }
-
     /// Names of the passes, in order.
     pub fn passes(&self) -> Vec<&'static str> {
         [
@@ -117,7 +109,7 @@ impl PhotonMapping {
             false => None,
             true => {
                 let tracer = PhotonTracer::new(gpu, scene, params, &constants)?;
-                let map = PhotonMap::new(gpu, tracer.store(), scene.bounds(), plan.classes())?;
+                let map = PhotonMap::new(gpu, tracer.store(), scene.bounds())?;
                 Some((tracer, map))
             }
         };

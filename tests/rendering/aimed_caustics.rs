@@ -1,13 +1,13 @@
 //! Photons that are aimed at specular surfaces bring the caustic light that ordinary photons bring, from fewer paths.
 
 use glam::Vec3;
-use macula::gather::{EyeImage, EyeLight, EyePass, EyeSettings};
+use macula::gather::{EyeImage, EyePass, EyeSettings, EyeStart, LightPass};
 use macula::gpu::layout::PhotonCounters;
 use macula::gpu::pass::Recorder;
 use macula::gpu::timing::PassTimer;
 use macula::image::LinearImage;
 use macula::params::Params;
-use macula::photon::{MapSettings, PhotonClass, PhotonMap, PhotonTracer, TraceSettings, trace};
+use macula::photon::{MapSettings, PhotonMap, PhotonTracer, TraceSettings, trace};
 use macula::scene::loaded::LoadedScene;
 use macula::scene::specular_targets::SpecularTargets;
 use macula::scene::{Scene, ScenePose};
@@ -395,11 +395,8 @@ fn aimed_photons_are_caustic_ones_and_ordinary_ones_can_leave_those_out() {
 
 const SIZE: (u32, u32) = (48, 48);
 
-/// A tracer, and the classes that a map of its photons holds.
-type Held = (PhotonTracer, &'static [PhotonClass]);
-
-/// What the camera sees by the photons of the maps, in the mean of some.
-fn picture(subject: &Subject, maps: &[Held]) -> LinearImage {
+/// What the camera sees by the photons of the tracers, in the mean of some.
+fn picture(subject: &Subject, tracers: &[PhotonTracer]) -> LinearImage {
     let scene = &subject.loaded.on_gpu;
     let effects = technique::effects(&subject.loaded.scene, &subject.params);
     let settings = MapSettings {
@@ -409,19 +406,27 @@ fn picture(subject: &Subject, maps: &[Held]) -> LinearImage {
         normal_cos_min: subject.params.gather.normal_cos_min,
         flatness: subject.params.gather.flatness,
     };
-    let sorted = |(tracer, classes): &Held| {
-        let mut map = PhotonMap::new(gpu(), tracer, scene.bounds(), classes).unwrap();
+    let sorted = |tracer: &PhotonTracer| {
+        let mut map = PhotonMap::new(gpu(), tracer.store(), scene.bounds()).unwrap();
         map.configure(gpu(), &settings);
         map
     };
-    let sorted: Vec<PhotonMap> = maps.iter().map(sorted).collect();
-    let photons: Vec<_> = maps.iter().map(|(t, _)| t).zip(&sorted).collect();
-    let light = EyeLight {
-        by_shadow_rays: false,
-        photons: &photons,
+    let sorted: Vec<PhotonMap> = tracers.iter().map(sorted).collect();
+    let photons: Vec<_> = tracers.iter().zip(&sorted).collect();
+    let light = photons.iter().flat_map(|(tracer, map)| {
+        let classes = map.classes().iter();
+        classes.map(|class| LightPass::photons(tracer.store(), map, *class))
+    });
+    let start = EyeStart {
+        gpu: gpu(),
+        scene,
+        light: &Vec::from_iter(light),
+        filter_levels: 0,
+        effects,
+        size: SIZE,
+        samples_max: 4,
     };
-    let constants = subject.constants();
-    let eyes = EyePass::new(gpu(), scene, &light, &effects, &constants, SIZE, 4).unwrap();
+    let eyes = EyePass::new(&start, &subject.constants()).unwrap();
     let view = subject.loaded.scene.cameras[0].view(SIZE.0, SIZE.1);
     let image = EyeImage::new(gpu(), SIZE.0, SIZE.1).unwrap();
     let mut timer = PassTimer::new(gpu());
@@ -449,15 +454,13 @@ fn picture(subject: &Subject, maps: &[Held]) -> LinearImage {
 
 #[test]
 fn a_map_of_aimed_photons_takes_the_place_of_the_ordinary_map_s_caustic_class() {
-    use PhotonClass::{Caustic, Global};
     let subject = Subject::new(spot(room(), Vec3::new(-0.3, 1.7, 0.2)).load());
     let scene = &subject.loaded.on_gpu;
     let constants = [subject.constants(), vec![("STORES_CAUSTIC", 0.0)]].concat();
     let others = || PhotonTracer::new(gpu(), scene, &subject.params, &constants).unwrap();
-    let ordinary = picture(&subject, &[(subject.ordinary(), &[Global, Caustic])]);
-    let aimed = [(others(), &[Global][..]), (subject.aimed(), &[Caustic][..])];
-    let both = picture(&subject, &aimed);
+    let ordinary = picture(&subject, &[subject.ordinary()]);
+    let both = picture(&subject, &[others(), subject.aimed()]);
     means_agree(mean(&both), mean(&ordinary), 0.01).unwrap();
-    let without = picture(&subject, &[(others(), &[Global])]);
+    let without = picture(&subject, &[others()]);
     assert!(means_agree(mean(&without), mean(&ordinary), 0.01).is_err());
 }
