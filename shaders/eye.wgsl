@@ -49,6 +49,12 @@ fn eye_thread(group: vec3u, groups: vec3u, local: u32) -> u32 {
 
 fn band_pixel_count() -> u32 { return eye.size.x * eye.row_count; }
 
+/// Whether a thread stands for a pixel of the band that is shown.
+fn is_shown(band_pixel: u32) -> bool {
+  let row = eye.first_row + band_pixel / eye.size.x;
+  return band_pixel < band_pixel_count() && row >= eye.resolve_first_row && row < eye.resolve_first_row + eye.resolve_row_count;
+}
+
 /// Visible points that a pixel may have; those of slot 1 lie behind all of slot 0.
 fn slots_a_pixel() -> u32 { return select(1u, 2u, HAS_CHAINS); }
 

@@ -4,14 +4,28 @@
 // HPG 2010: a B-spline with holes, its weights stopped at edges.
 // Light and albedo are filtered alike and divided at the end, so that textures stay sharp and a channel without albedo brings none of
 // its darkness to its neighbours.
-// Limits: a filter looks at the points of one sample and one slot; it does not reach over the image's edge. An albedo is kept in 8 bits
-// a channel, of its root: mixed albedos are off by 1 % where they are near a hundredth.
+// A pixel that an edge crosses keeps the samples on either side apart: the filter starts from the first one's surface, and the others take
+// the filtered light of the neighbours that lie where they lie. So edges stay smooth and are no noisier than the rest.
+// Limits: it does not reach over the image's edge. An albedo is kept in 8 bits a channel, of its root: mixed albedos are off by 1 % where
+// they are near a hundredth.
 
-/// The light to filter: mean radiance to the eye, W/(m2 sr); and, packed, the albedo by which it was reflected, times what the eye path
-/// lets through, with the share of the glossy lobe in it.
-@group(1) @binding(4) var<storage, read_write> filter_light: array<vec4f>;
-/// Position, and packed shading normal; far out of reach where there is no visible point.
+/// Smallest cosine between two normals across which light is filtered.
+override FILTER_NORMAL_COS_MIN: f32 = 0.9;
+/// Steepest line between two points, against the tangent plane, along which light is filtered.
+override FILTER_SLOPE_MAX: f32 = 0.2;
+/// Most that two points may lie apart, in footprints of the pixels between them: beyond it lies an edge, or optics that spread them.
+const FILTER_SPREAD_MAX: f32 = 4.0;
+
+/// The light of a slot's samples that saw the same surface as the first: the sum of radiances to the eye, W/(m2 sr), and their count.
+@group(1) @binding(4) var<storage, read_write> smooth_sum: array<vec4f>;
+/// The sum of albedos by which that light was reflected, times what the eye paths let through, and of the glossy lobe's share in them.
+@group(1) @binding(5) var<storage, read_write> albedo_sum: array<vec4f>;
+/// Position of the first sample's surface and its packed shading normal; out of reach where there is none.
 @group(1) @binding(6) var<storage, read_write> filter_guide: array<vec4f>;
+/// The same for samples beyond an edge that crosses the pixel.
+@group(1) @binding(9) var<storage, read_write> beyond_sum: array<vec4f>;
+@group(1) @binding(10) var<storage, read_write> beyond_albedo_sum: array<vec4f>;
+@group(1) @binding(11) var<storage, read_write> beyond_guide: array<vec4f>;
 
 const OUT_OF_REACH: f32 = 3.0e38;
 
@@ -23,13 +37,19 @@ fn unpack_albedo(packed: f32) -> vec4f {
   return vec4f(max(root.rgb * root.rgb, vec3f(1e-6)), root.a);
 }
 
-/// The albedo by which a visible point reflects light to the eye, times what the eye path lets through, and the glossy lobe's share in it.
-fn albedo_of(point: VisiblePoint) -> vec4f {
-  let bsdf = bsdf_of(point);
-  var glossy = vec3f(0.0);
-  if (gathers_reflection(bsdf)) {
-    glossy = schlick(bsdf.f0, bsdf.f90, dot(unpack_direction(point.packed_normal), unpack_direction(point.packed_wo)));
-  }
-  let albedo = bsdf.diffuse + glossy;
-  return vec4f(min(point.throughput * albedo, vec3f(1.0)), luminance(glossy) / max(luminance(albedo), 1e-6));
+/// How far a pixel's sides lie apart on the surface that it shows, metres.
+fn footprint_m(position: vec3f, normal: vec3f) -> f32 {
+  let to_eye = vec3f(eye.scene_from_view[0].w, eye.scene_from_view[1].w, eye.scene_from_view[2].w) - position;
+  let distance_m = length(to_eye);
+  let cos_view = max(abs(dot(to_eye, normal)) / max(distance_m, 1e-20), 0.05);
+  return distance_m * max(abs(eye.slope_extent.x) / f32(eye.size.x), abs(eye.slope_extent.y) / f32(eye.size.y)) / cos_view;
+}
+
+/// How alike the surroundings of two surface points are: 1 for one plane, 0 across an edge.
+fn likeness(along: vec3f, normal: vec3f, other_normal: vec3f, reach_m: f32) -> f32 {
+  let along_m = length(along);
+  let slope = abs(dot(along, normal)) / max(along_m, 1e-20);
+  let cos_normals = dot(other_normal, normal);
+  let is_alike = cos_normals >= FILTER_NORMAL_COS_MIN && slope <= FILTER_SLOPE_MAX && along_m <= reach_m;
+  return select(0.0, cos_normals * cos_normals * (1.0 - slope / FILTER_SLOPE_MAX), is_alike);
 }

@@ -9,8 +9,7 @@
 fn resolve(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
   @builtin(local_invocation_index) local: u32) {
   let band_pixel = eye_thread(group, groups, local);
-  let row = eye.first_row + band_pixel / eye.size.x;
-  if (band_pixel >= band_pixel_count() || row < eye.resolve_first_row || row >= eye.resolve_first_row + eye.resolve_row_count) { return; }
+  if (!is_shown(band_pixel)) { return; }
   let seen = seen_emission[band_pixel];
   var radiance = seen.rgb;
   for (var slot = 0u; slot < slots_a_pixel(); slot++) { radiance += slot_radiance[band_pixel + slot * band_pixel_count()].rgb; }

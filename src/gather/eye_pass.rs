@@ -218,7 +218,7 @@ impl EyePass {
             0 => None,
             levels => Some(Filter::new(
                 gpu,
-                &bound,
+                (&bound, uniforms.buffer()),
                 &constants,
                 &size_of_name,
                 slots,
@@ -277,16 +277,23 @@ impl EyePass {
             let pixels = (value.row_count * self.width).next_multiple_of(GROUP * self.runs);
             self.uniforms.select(recorder, index as u32);
             if let Some(filter) = &self.filter {
-                filter.clear(recorder);
+                if value.sample == 0 {
+                    filter.start_band(recorder);
+                }
+                filter.start_sample(recorder);
             }
             recorder.pass(VISIBLE_POINTS, &[(&self.visible_points, pixels)]);
             for (name, kernel) in &self.light {
                 recorder.pass(name, &[(kernel, pixels * self.slots)]);
             }
             if let Some(filter) = &self.filter {
-                filter.record(recorder, pixels * self.slots);
+                filter.collect(recorder, pixels * self.slots);
             }
             recorder.pass(RESOLVE, &[(&resolve, pixels)]);
+            let is_last = values.get(index + 1).is_none_or(|next| next.sample == 0);
+            if let (Some(filter), true) = (&self.filter, is_last) {
+                filter.finish_band(recorder, pixels, pixels * self.slots, image)?;
+            }
             recorder.submit();
         }
         Ok(())

@@ -46,7 +46,7 @@ shared: threads, random, packing, scene, traversal, surface, bsdf, lights, next_
         grid_count, photon_arrange,
         record_points, record_irradiance,
         visible_points, direct_light, path_light, foveated_light, density_estimate,
-        filter_prepare, filter_level, filter_finish, resolve,
+        filter_collect, filter_prepare, filter_level, filter_finish, resolve,
         add_samples;
     draws: present;
 }
