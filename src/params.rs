@@ -239,8 +239,11 @@ knobs! {
         per_cell: u32 = 4, 1, 64, "records", "chosen, not measured";
         /// How far a path looks for a record, in gather radii.
         radius_scale: f32 = 1.0, 0.1, 8.0, "radii", "a record is blurred over one radius already";
-        /// Photons a frame that are aimed at mirrors and glass, for the caustics.
-        caustic_photons: u32 = 30_000, 0, 64_000_000, "photons", "as good as 3 million that are not aimed, in the prototype";
+    }
+    /// Photons that are aimed at what makes caustics, beside the others.
+    aimed: Aimed {
+        /// Paths emitted a pass of `render`, or a frame of a session.
+        count: u32 = 30_000, 0, 64_000_000, "paths", "the prototype; as good as 280 thousand that are not aimed in the Cornell box, 100 thousand in the gallery";
     }
     /// The edge-avoiding filter over indirect light.
     filter: Filter {

@@ -135,7 +135,7 @@ fn two_replays_give_the_same_bytes_and_another_seed_gives_others() {
         replay(&out, &[&frames, more].concat());
         pictures(&out)
     };
-    for technique in ["pm-direct", "pm"] {
+    for technique in ["pm-direct", "pm", "fpm"] {
         let technique = ["--technique", technique];
         let first = replayed("first", &[&technique[..], &["--force"]].concat());
         assert_eq!(first.len(), 8);

@@ -32,7 +32,7 @@ impl Plan {
         Self {
             direct_light: is_lit,
             photons: is_lit && params.photon.count > 0 && (effects.indirect || effects.caustics),
-            caustics: is_lit && effects.caustics && params.record.caustic_photons > 0,
+            caustics: is_lit && effects.caustics && params.aimed.count > 0,
         }
     }
 
@@ -119,7 +119,7 @@ impl FoveatedPhotonMapping {
                     params.gather.glossy_alpha_min,
                     &start.scene.pose_at(0.0),
                 )?;
-                let count = params.record.caustic_photons;
+                let count = params.aimed.count;
                 let tracer = PhotonTracer::aimed(gpu, scene, params, &constants, count, &targets)?;
                 let map = PhotonMap::new(gpu, tracer.store(), scene.bounds())?;
                 Some((targets, tracer, map))
@@ -201,7 +201,7 @@ impl Technique for FoveatedPhotonMapping {
         if let Some((targets, tracer, map)) = &mut self.caustics {
             targets.set_pose(gpu, frame.pose);
             map.configure(gpu, &settings);
-            tracer.record(recorder, &tracing(self.params.record.caustic_photons));
+            tracer.record(recorder, &tracing(self.params.aimed.count));
         }
         if let Some((_, map, _)) = &self.photons {
             map.record(recorder);

@@ -191,7 +191,8 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         name: "fpm",
         about: "foveated photon mapping: photons and paths where the eye looks",
         rooms: &[
-            "photon", "gather", "record", "indirect", "direct", "filter", "eye", "fovea", "effects",
+            "photon", "aimed", "gather", "record", "indirect", "direct", "filter", "eye", "fovea",
+            "effects",
         ],
         effort: "photon.count",
         has_photons: true,

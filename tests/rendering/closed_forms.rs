@@ -23,7 +23,7 @@ fn furnace_recipe(technique: &'static str) -> Recipe {
 
 #[test]
 fn the_bundled_furnace_glows_with_emission_over_one_minus_albedo() {
-    for technique in ["pm-direct", "pm"] {
+    for technique in ["pm-direct", "pm", "fpm", "path-filtered"] {
         let picture = furnace_recipe(technique).render(&bundled("furnace.glb"));
         let means = mean(&picture.image);
         means_agree(means, [2.0; 3], 0.005).unwrap_or_else(|e| panic!("{technique}: {e}"));
@@ -355,7 +355,7 @@ fn a_pane_of_glass_lets_through_what_fresnel_leaves_after_all_its_reflections() 
     // (1 - R)² (1 + R² + R⁴ + ...)
     let all = mean_over_view(&|r| (1.0 - r) / (1.0 + r));
     let first = mean_over_view(&|r| (1.0 - r) * (1.0 - r));
-    for technique in ["path", "pm-direct", "pm"] {
+    for technique in ["path", "pm-direct", "pm", "fpm", "path-filtered"] {
         let recipe = Recipe::new(technique).size(16, 16).passes(32);
         let recipe = recipe.set("photon.count", "0").set("eye.chain_max", "64");
         let image = recipe.set("path.samples", "16").render_scene(&scene).image;

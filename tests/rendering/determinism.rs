@@ -12,7 +12,7 @@ fn bits(image: &LinearImage) -> Vec<u32> {
 #[test]
 fn a_picture_made_twice_is_the_same_to_the_bit() {
     let cornell = bundled("cornell.glb");
-    for technique in ["pm-direct", "pm"] {
+    for technique in ["pm-direct", "pm", "fpm", "path-filtered"] {
         let recipe = Recipe::new(technique).passes(2);
         let [first, second] = [(); 2].map(|()| recipe.render(&cornell).image);
         assert!(bits(&first) == bits(&second), "{technique}");

@@ -89,7 +89,7 @@ fn every_scene_looks_the_same_with_its_own_effects_as_with_all_and_takes_no_long
     for path in scenes() {
         let scene = Scene::load(&path).unwrap();
         let what = path.file_name().unwrap().to_string_lossy().into_owned();
-        for technique in ["pm-direct", "pm"] {
+        for technique in ["pm-direct", "pm", "fpm"] {
             with_subject(scene.clone(), technique, |subject, own| {
                 let [mut alone, mut all] =
                     [own, Effects::ALL].map(|effects| subject.start(effects).unwrap().0);

@@ -8,6 +8,7 @@ mod determinism;
 mod device;
 mod effects;
 mod energy;
+mod filter;
 mod references;
 
 #[allow(dead_code, reason = "other tests use the rest of it")]
