@@ -33,10 +33,13 @@ fn probe(place: vec3f, normal: vec3f, radius_m: f32) -> Ray {
   return Ray(place + normal * reach_m, 2.0 * reach_m, -normal);
 }
 
-/// Whether photons that a receiver counts may lie where a probe hit.
-fn is_receiver(hit: Hit, normal: vec3f) -> bool {
-  if (hit.triangle == NO_TRIANGLE) { return false; }
-  return stores_photons(hit_material(hit)) && abs(dot(hit_normal(hit), normal)) >= photon_map.normal_cos_min;
+/// Whether photons that a receiver counts may lie where a probe hit, `offset_m` from it.
+fn is_receiver(hit: Hit, normal: vec3f, offset_m: vec3f, radius_m: f32) -> bool {
+  if (hit.triangle == NO_TRIANGLE || !stores_photons(hit_material(hit))) { return false; }
+  let found_normal = hit_normal(hit);
+  let cos_normals = dot(found_normal, normal);
+  // Surfaces have two sides: the one that looks as the receiver does.
+  return abs(cos_normals) >= photon_map.normal_cos_min && is_one_sheet(offset_m, normal, found_normal * sign(cos_normals), radius_m);
 }
 
 /// How far the surface goes on along `direction`, up to `reach_m`.
@@ -46,8 +49,9 @@ fn surface_reach_m(position: vec3f, normal: vec3f, direction: vec3f, reach_m: f3
   // Just short of a wall first, since at its foot a probe would graze it.
   var place_m = 0.98 * reach_m;
   for (var step = 0u; step <= EDGE_STEPS; step++) {
-    let hit = trace(probe(position + direction * place_m, normal, radius_m), false);
-    if (is_receiver(hit, normal)) {
+    let looks = probe(position + direction * place_m, normal, radius_m);
+    let hit = trace(looks, false);
+    if (is_receiver(hit, normal, looks.origin + looks.direction * hit.t - position, radius_m)) {
       if (step == 0u) { return reach_m; }
       near_m = place_m;
     } else {
@@ -102,7 +106,10 @@ fn look_at_triangle(index: u32, object: u32, square: ptr<function, Patch>) {
   let x = vec4f(-1.0, 1.0, -1.0, 1.0);
   let y = vec4f(-1.0, -1.0, 1.0, 1.0);
   let height = a.z - ((x - a.x) * normal.x + (y - a.y) * normal.y) / normal.z;
-  let holds = vec4f(abs(height) <= vec4f(photon_map.flatness));
+  // In radii, so that one is the radius; over the triangle's plane the middle lies wherever the corner is.
+  let over_triangle = -dot(a, normal) * sign(normal.z);
+  let is_behind = (height * over_triangle < vec4f(0.0)) & (min(abs(height), vec4f(abs(over_triangle))) > vec4f(SHEETS_APART));
+  let holds = vec4f((abs(height) <= vec4f(photon_map.flatness)) & !is_behind);
   let inside = holds * corners_left_of(a, b, x, y, normal.z) * corners_left_of(b, c, x, y, normal.z)
     * corners_left_of(c, a, x, y, normal.z);
   (*square).corners_held = (*square).corners_held | (inside > vec4f(0.0));

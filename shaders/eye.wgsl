@@ -26,7 +26,10 @@ struct EyeUniform {
   path_depth_max: u32,
   resolve_first_row: u32,      // of the rows that are shown: those beside them are there for the filter
   resolve_row_count: u32,
-  padding: u32,
+  kept_max: u32,               // samples that a pixel keeps of earlier frames
+  previous_view_from_scene: array<vec4f, 3>,
+  previous_slope_left_top: vec2f,
+  previous_slope_extent: vec2f,
 }
 
 @group(1) @binding(0) var<uniform> eye: EyeUniform;
@@ -35,6 +38,9 @@ struct EyeUniform {
 override HAS_CHAINS: bool = true;
 /// Sharp highlights of lights without extent are found at visible points, as no ray meets such a light.
 override HAS_DELTA_LIGHTS: bool = true;
+
+/// What is lit is kept for the frames that follow.
+override KEEPS_LIGHT: bool = false;
 
 /// Threads between which the device parts a dispatch in equal runs of workgroups; 1 on a GPU, which hands them out one by one.
 override RUNS: u32 = 1;
@@ -92,7 +98,7 @@ fn pixel_centre_eccentricity_rad(band_pixel: u32) -> f32 {
 struct VisiblePoint {
   position: vec3f,
   packed_normal: u32,             // shading
-  throughput: vec3f,              // 0: the slot is empty
+  throughput: vec3f,              // 0: the slot is empty; negative: it gets the light that was kept, and no light of its own
   packed_geometric_normal: u32,
   diffuse: vec3f,
   packed_wo: u32,
@@ -101,6 +107,14 @@ struct VisiblePoint {
   coat_f0: vec3f,
   coat_f90: f32,
 }
+
+const NOT_KEPT: u32 = 0xffffffffu;
+
+/// In `seen_emission`: what a pixel's sample saw.
+const SAW_NOTHING: f32 = 0.0;     // it is not one of the pixel's samples
+const SAW_SOMETHING: f32 = 1.0;
+/// A diffuse surface that does not move, at first sight: what lights it may be kept.
+const SAW_STATIC_DIFFUSE: f32 = 2.0;
 
 fn bsdf_of(point: VisiblePoint) -> Bsdf {
   var bsdf: Bsdf;

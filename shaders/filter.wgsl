@@ -16,16 +16,13 @@ override FILTER_SLOPE_MAX: f32 = 0.2;
 /// Most that two points may lie apart, in footprints of the pixels between them: beyond it lies an edge, or optics that spread them.
 const FILTER_SPREAD_MAX: f32 = 4.0;
 
-/// The light of a slot's samples that saw the same surface as the first: the sum of radiances to the eye, W/(m2 sr), and their count.
+/// Samples of a slot that saw the same surface as the first. Smooth light: the sum of radiances to the eye, W/(m2 sr), and how many were
+/// lit.
 @group(1) @binding(4) var<storage, read_write> smooth_sum: array<vec4f>;
 /// The sum of albedos by which that light was reflected, times what the eye paths let through, and of the glossy lobe's share in them.
 @group(1) @binding(5) var<storage, read_write> albedo_sum: array<vec4f>;
-/// Position of the first sample's surface and its packed shading normal; out of reach where there is none.
+/// Position of the first one's surface and its packed shading normal; out of reach where there is none.
 @group(1) @binding(6) var<storage, read_write> filter_guide: array<vec4f>;
-/// The same for samples beyond an edge that crosses the pixel.
-@group(1) @binding(9) var<storage, read_write> beyond_sum: array<vec4f>;
-@group(1) @binding(10) var<storage, read_write> beyond_albedo_sum: array<vec4f>;
-@group(1) @binding(11) var<storage, read_write> beyond_guide: array<vec4f>;
 
 const OUT_OF_REACH: f32 = 3.0e38;
 

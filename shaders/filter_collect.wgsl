@@ -1,8 +1,7 @@
-//! use filter
-// Adds one sample of each visible point to what the filter looks at, on its side of the edge where one crosses the pixel.
+//! use collected
+// Adds one sample of each visible point to what was collected, on its side of the edge where one crosses the pixel.
 // Source: demodulation as in Dammertz et al. 2010, section 3; see filter.wgsl.
-// Limits: light of a third surface in a pixel is not filtered. The albedo is that of the direction to the eye; it need not be exact, as
-// the filter divides by what it multiplies with.
+// Limits: the albedo is that of the direction to the eye; it need not be exact, as the filter divides by what it multiplies with.
 
 @group(1) @binding(1) var<storage, read_write> visible_points_: array<VisiblePoint>;
 @group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
@@ -19,29 +18,32 @@ fn filter_collect(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
   let slot = eye_thread(group, groups, local);
   if (slot >= slots_a_pixel() * band_pixel_count()) { return; }
   let point = visible_points_[slot];
-  if (!any(point.throughput > vec3f(0.0))) { return; }
+  if (!any(point.throughput != vec3f(0.0))) { return; }
   let normal = unpack_direction(point.packed_normal);
   let bsdf = bsdf_of(point);
   var glossy = vec3f(0.0);
   if (gathers_reflection(bsdf)) { glossy = schlick(bsdf.f0, bsdf.f90, dot(normal, unpack_direction(point.packed_wo))); }
   let reflected = bsdf.diffuse + glossy;
   let share = luminance(glossy) / max(luminance(reflected), 1e-6);
-  let light = vec4f(smooth_radiance[slot].rgb, 1.0);
-  let albedo = vec4f(min(point.throughput * reflected, vec3f(1.0)), share);
+  let albedo = vec4f(min(abs(point.throughput) * reflected, vec3f(1.0)), share);
   let guide = vec4f(point.position, bitcast<f32>(point.packed_normal));
-  let sum = smooth_sum[slot];
-  if (sum.w == 0.0 || is_on(filter_guide[slot], point, normal)) {
-    if (sum.w == 0.0) { filter_guide[slot] = guide; }
-    smooth_sum[slot] = sum + light;
-    albedo_sum[slot] += albedo;
+  let lit = select(0.0, 1.0, any(point.throughput > vec3f(0.0)));
+  let smooth_light = lit * vec4f(smooth_radiance[slot].rgb, 1.0);
+  let sharp_light = lit * vec4f(slot_radiance[slot].rgb, 0.0);
+  let shown = vec4f(albedo.rgb, 1.0);
+  let shown_before = shown_sum[slot];
+  if (shown_before.w == 0.0 || is_on(filter_guide[slot], point, normal)) {
+    if (shown_before.w == 0.0) { filter_guide[slot] = guide; }
+    shown_sum[slot] = shown_before + shown;
+    smooth_sum[slot] += smooth_light;
+    albedo_sum[slot] += lit * albedo;
+    sharp_sum[slot] += sharp_light;
     return;
   }
-  let beyond = beyond_sum[slot];
-  if (beyond.w == 0.0 || is_on(beyond_guide[slot], point, normal)) {
-    if (beyond.w == 0.0) { beyond_guide[slot] = guide; }
-    beyond_sum[slot] = beyond + light;
-    beyond_albedo_sum[slot] += albedo;
-    return;
-  }
-  slot_radiance[slot] += vec4f(light.rgb, 0.0);
+  let beyond_before = beyond_shown_sum[slot];
+  if (beyond_before.w == 0.0) { beyond_guide[slot] = guide; }
+  beyond_shown_sum[slot] = beyond_before + shown;
+  beyond_smooth_sum[slot] += smooth_light;
+  beyond_albedo_sum[slot] += lit * albedo;
+  beyond_sharp_sum[slot] += sharp_light;
 }

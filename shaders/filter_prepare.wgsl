@@ -1,4 +1,4 @@
-//! use filter
+//! use collected
 // The mean light of each slot's samples, with the mean albedo, where the filter starts from.
 // Source: see filter.wgsl.
 // Limits: none of its own.
@@ -15,5 +15,7 @@ fn filter_prepare(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
     filter_guide[slot] = vec4f(OUT_OF_REACH);
     return;
   }
-  filter_light[slot] = vec4f(sum.rgb / sum.w, pack_albedo(albedo_sum[slot] / sum.w));
+  let albedo = pack_albedo(albedo_sum[slot] / sum.w);
+  filter_light[slot] = vec4f(sum.rgb / sum.w, albedo);
+  sharp_sum[slot] = vec4f(sharp_sum[slot].rgb / sum.w, albedo);
 }

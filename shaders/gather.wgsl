@@ -2,7 +2,7 @@
 // Photons around a receiver: which of them count, and how much.
 // Source: Jensen 1996, section 3.2, with an Epanechnikov kernel of two dimensions; normals are tested before a photon counts, so
 // that the far side of a thin wall stays dark.
-// Limits: a photon counts only within `flatness` radii of the tangent plane.
+// Limits: a photon counts only within `flatness` radii of the tangent plane, and where its sheet is not behind the receiver's.
 
 @group(1) @binding(5) var<storage, read> cell_counts: array<u32>;
 //! split map_position: vec4f, read, 1, 48
@@ -12,8 +12,10 @@
 fn kernel_at(place: vec3f, geometric_normal: vec3f, photon: vec3f, packed_normal: u32, inverse_radius2: f32, plane_reach_m: f32) -> f32 {
   let offset = photon - place;
   let kernel = 1.0 - dot(offset, offset) * inverse_radius2;
+  let normal = unpack_normal(packed_normal);
   let counts = kernel > 0.0 && abs(dot(offset, geometric_normal)) <= plane_reach_m
-    && dot(unpack_normal(packed_normal), geometric_normal) >= photon_map.normal_cos_min;
+    && dot(normal, geometric_normal) >= photon_map.normal_cos_min
+    && is_one_sheet(offset, geometric_normal, normal, plane_reach_m / photon_map.flatness);
   return select(0.0, kernel, counts);
 }
 

@@ -24,6 +24,17 @@ struct PhotonMapUniform {
 const GLOBAL: u32 = 0u;
 const CAUSTIC: u32 = 1u;
 
+/// How far apart two sheets of surface must lie, in radii, to be told from one.
+const SHEETS_APART: f32 = 0.05;
+
+/// Whether two points, `offset_m` apart, may lie on one surface by its sides there: on a bulge either lies under the tangent plane of the
+/// other, in a hollow over it, and in a plane both on it. Where one lies over and the other under, one sheet lies behind the other.
+fn is_one_sheet(offset_m: vec3f, normal: vec3f, other_normal: vec3f, radius_m: f32) -> bool {
+  let other_over = dot(offset_m, normal);
+  let over_other = -dot(offset_m, other_normal);
+  return other_over * over_other >= 0.0 || min(abs(other_over), abs(over_other)) <= SHEETS_APART * radius_m;
+}
+
 @group(1) @binding(8) var<uniform> photon_map: PhotonMapUniform;
 
 fn grid_cell(class_: u32, position: vec3f) -> vec3i {

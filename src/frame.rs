@@ -99,6 +99,7 @@ impl<'a> FrameRenderer<'a> {
             effects,
             params,
             size: (size[0], size[1]),
+            is_session: true,
         })?;
         let image = || EyeImage::new(gpu, size[0], size[1]);
         let images = [image()?, image()?];
@@ -219,6 +220,7 @@ impl<'a> FrameRenderer<'a> {
                 .seed
                 .wrapping_add(0x9e37_79b9_u32.wrapping_mul(eye as u32)),
             frame: index,
+            eye,
             ..EyeSettings::new(&self.params, view, Some(gaze_dir))
         }
     }

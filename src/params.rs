@@ -245,6 +245,11 @@ knobs! {
         /// Paths emitted a pass of `render`, or a frame of a session.
         count: u32 = 30_000, 0, 64_000_000, "paths", "the prototype; as good as 280 thousand that are not aimed in the Cornell box, 100 thousand in the gallery";
     }
+    /// Light that pixels keep from frame to frame, in sessions, where nothing in the scene moves.
+    temporal: Temporal {
+        /// Samples that a pixel keeps of the light of diffuse surfaces; 0: every frame is lit from scratch.
+        kept_samples: u32 = 64, 0, 65_536, "samples", "16 frames' worth at 4 samples a pixel";
+    }
     /// The edge-avoiding filter over indirect light.
     filter: Filter {
         /// Levels over light that paths bring, each reaching twice as far as the one before; 0: none.

@@ -74,6 +74,7 @@ impl<'a> Still<'a> {
             effects,
             params,
             size,
+            is_session: false,
         })?;
         Ok(Self {
             gpu,

@@ -7,6 +7,7 @@ use glam::{Affine3A, Vec2, Vec3};
 
 use super::EyeImage;
 use super::filter::Filter;
+use super::history::{HISTORY, History};
 use super::light_pass::{Layer, LightPass};
 use crate::gpu::layout::{self, EyeUniform, VisiblePoint};
 use crate::gpu::pass::{BoundKernel, Constants, Kernel, Recorder, UniformSequence};
@@ -55,6 +56,10 @@ pub struct EyeSettings {
     pub path_depth_max: u32,
     /// Most traced vertices of an eye path.
     pub chain_max: u32,
+    /// Which eye: 0 left, 1 right.
+    pub eye: usize,
+    /// Samples that a pixel keeps of earlier frames, where the eye passes keep any.
+    pub kept_max: u32,
     /// Seed of the random numbers; give each eye its own.
     pub seed: u32,
     /// Number of the frame or pass.
@@ -97,6 +102,8 @@ impl EyeSettings {
             ],
             path_depth_max: params.indirect.depth_max,
             chain_max: params.eye.chain_max,
+            eye: 0,
+            kept_max: params.temporal.kept_samples,
             seed: params.random.seed,
             frame: 0,
         }
@@ -140,12 +147,25 @@ pub struct EyeStart<'a> {
     pub light: &'a [LightPass<'a>],
     /// Levels of the filter over what is smooth of that light; 0: none.
     pub filter_levels: u32,
+    /// Eyes whose pixels keep light from frame to frame: none, or both.
+    pub keeping_eyes: usize,
     /// What is simulated.
     pub effects: Effects,
     /// Pixels of the images, across and down.
     pub size: (u32, u32),
     /// Most samples a pixel.
     pub samples_max: u32,
+}
+
+/// What pixels kept of their light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeptLight {
+    /// Pixels whose light may be kept.
+    pub pixels: u32,
+    /// Those among them whose light was kept and found again.
+    pub found: u32,
+    /// Samples that are kept in all.
+    pub samples: u32,
 }
 
 /// Buffers and kernels of the eye passes for one image size.
@@ -155,6 +175,9 @@ pub struct EyePass {
     /// What adds light at each slot, with the name of its pass.
     light: Vec<(&'static str, BoundKernel)>,
     filter: Option<Filter>,
+    /// One for each eye that keeps light.
+    histories: Vec<History>,
+    history_counts: wgpu::Buffer,
     resolve: Kernel,
     seen_emission: wgpu::Buffer,
     slot_radiance: wgpu::Buffer,
@@ -182,6 +205,7 @@ impl EyePass {
             scene,
             light,
             filter_levels,
+            keeping_eyes,
             effects,
             size: (width, height),
             samples_max,
@@ -199,8 +223,12 @@ impl EyePass {
         let points = resources::storage::<VisiblePoint>(gpu, "visible_points_", slots)?;
         let seen_emission = resources::storage::<[f32; 4]>(gpu, "seen_emission", pixels)?;
         let slot_radiance = resources::storage::<[f32; 4]>(gpu, "slot_radiance", slots)?;
+        let kept_at = resources::storage::<u32>(gpu, "kept_at", pixels)?;
+        let history_counts = resources::storage::<[u32; 4]>(gpu, "history_counts", 1)?;
         let bound = scene
             .resources()
+            .with("kept_at", &kept_at)
+            .with("history_counts", &history_counts)
             .with("eye", uniforms.buffer())
             .with("visible_points_", &points)
             .with("seen_emission", &seen_emission)
@@ -212,18 +240,35 @@ impl EyePass {
             _ => scene.shader_size(array).unwrap_or(1),
         };
         let runs = gpu.equal_runs();
-        let constants = [constants, &[("RUNS", f64::from(runs))]].concat();
+        let collects = filter_levels > 0 || keeping_eyes > 0;
+        let flag = |on: bool| f64::from(u8::from(on));
+        let own = [
+            ("RUNS", f64::from(runs)),
+            ("COLLECTS_LIGHT", flag(collects)),
+            ("KEEPS_LIGHT", flag(keeping_eyes > 0)),
+        ];
+        let constants = [constants, &own].concat();
         let kernel = |stage| Kernel::new(gpu, stage, &constants, &size_of_name);
-        let filter = match filter_levels {
-            0 => None,
-            levels => Some(Filter::new(
+        let filter = match collects {
+            false => None,
+            true => Some(Filter::new(
                 gpu,
                 (&bound, uniforms.buffer()),
                 &constants,
                 &size_of_name,
                 slots,
-                levels,
+                filter_levels,
             )?),
+        };
+        let histories = match &filter {
+            None => Vec::new(),
+            Some(filter) => {
+                let bound = bound.clone().with_all(filter.collected());
+                let pixels = u64::from(width) * u64::from(height);
+                (0..keeping_eyes)
+                    .map(|_| History::new(gpu, &bound, &constants, pixels))
+                    .collect::<Result<_, GpuError>>()?
+            }
         };
         let light = light
             .iter()
@@ -242,6 +287,8 @@ impl EyePass {
             visible_points: kernel(stages::visible_points)?.bind(gpu, &bound)?,
             light,
             filter,
+            histories,
+            history_counts,
             resolve: kernel(stages::resolve)?,
             uniforms,
             seen_emission,
@@ -261,7 +308,7 @@ impl EyePass {
     /// # Errors
     /// [`GpuError::Unbound`] never in practice: the resolve pass is bound to `image` here.
     pub fn record(
-        &self,
+        &mut self,
         recorder: &mut Recorder<'_>,
         settings: &EyeSettings,
         image: &EyeImage,
@@ -283,6 +330,10 @@ impl EyePass {
                 filter.start_sample(recorder);
             }
             recorder.pass(VISIBLE_POINTS, &[(&self.visible_points, pixels)]);
+            let history = self.histories.get(settings.eye);
+            if let (Some(history), 0) = (history, value.sample) {
+                recorder.pass(HISTORY, &[(history.kernels().0, pixels)]);
+            }
             for (name, kernel) in &self.light {
                 recorder.pass(name, &[(kernel, pixels * self.slots)]);
             }
@@ -292,21 +343,59 @@ impl EyePass {
             recorder.pass(RESOLVE, &[(&resolve, pixels)]);
             let is_last = values.get(index + 1).is_none_or(|next| next.sample == 0);
             if let (Some(filter), true) = (&self.filter, is_last) {
+                if let Some(history) = history {
+                    recorder.pass(HISTORY, &[(history.kernels().1, pixels)]);
+                }
                 filter.finish_band(recorder, pixels, pixels * self.slots, image)?;
             }
             recorder.submit();
         }
+        if let Some(history) = self.histories.get_mut(settings.eye) {
+            history.turn(settings);
+        }
         Ok(())
+    }
+
+    /// Forgets how much light was kept in the frame before, as [`EyePass::kept_light`] counts it.
+    pub fn start_counting(&self, recorder: &mut Recorder<'_>) {
+        let encoder = recorder.encoder();
+        encoder.clear_buffer(&self.history_counts, 0, None);
+    }
+
+    /// What both eyes kept since [`EyePass::start_counting`]; nothing where none is kept.
+    ///
+    /// # Errors
+    /// [`GpuError::Failed`] when the device is lost.
+    pub fn kept_light(&self, gpu: &GpuDevice) -> Result<Option<KeptLight>, GpuError> {
+        if self.histories.is_empty() {
+            return Ok(None);
+        }
+        let counts = resources::read_back::<[u32; 4]>(gpu, &self.history_counts, 1)?;
+        let [pixels, found, samples, _] = counts.first().copied().unwrap_or_default();
+        Ok(Some(KeptLight {
+            pixels,
+            found,
+            samples,
+        }))
     }
 
     fn uniform_values(&self, settings: &EyeSettings) -> Vec<EyeUniform> {
         let samples = settings
             .samples
             .map(|count| count.clamp(1, self.samples_max));
-        let whole = EyeUniform {
+        let mut whole = EyeUniform {
             samples,
             ..settings.uniform((self.width, self.height))
         };
+        let history = self.histories.get(settings.eye);
+        if let Some(previous) = history.and_then(History::previous) {
+            let corner = previous.fov.slope_at(Vec2::ZERO);
+            let view_from_scene = previous.scene_from_view.inverse();
+            whole.kept_max = settings.kept_max;
+            whole.previous_view_from_scene = layout::affine_rows(view_from_scene);
+            whole.previous_slope_left_top = corner.to_array();
+            whole.previous_slope_extent = (previous.fov.slope_at(Vec2::ONE) - corner).to_array();
+        }
         let most_samples = samples.into_iter().max().unwrap_or(1);
         (0..self.height)
             .step_by(self.band_rows as usize)

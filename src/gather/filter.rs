@@ -16,7 +16,7 @@ pub(super) struct Filter {
     eye: wgpu::Buffer,
     smooth_radiance: wgpu::Buffer,
     /// What the samples of a band are collected in, by their WGSL names.
-    sums: [(&'static str, wgpu::Buffer); 6],
+    sums: [(&'static str, wgpu::Buffer); 10],
     /// The light after the last level.
     filtered: wgpu::Buffer,
     collect: BoundKernel,
@@ -42,12 +42,16 @@ impl Filter {
         let smooth_radiance = array("smooth_radiance")?;
         let sum = |name| Ok::<_, GpuError>((name, array(name)?));
         let sums = [
-            sum("smooth_sum")?,
-            sum("albedo_sum")?,
             sum("filter_guide")?,
-            sum("beyond_sum")?,
-            sum("beyond_albedo_sum")?,
+            sum("smooth_sum")?,
+            sum("sharp_sum")?,
+            sum("albedo_sum")?,
+            sum("shown_sum")?,
             sum("beyond_guide")?,
+            sum("beyond_smooth_sum")?,
+            sum("beyond_sharp_sum")?,
+            sum("beyond_albedo_sum")?,
+            sum("beyond_shown_sum")?,
         ];
         let lights = [array("filter_light (even)")?, array("filter_light (odd)")?];
         let on_side = |side: usize| {
@@ -89,6 +93,11 @@ impl Filter {
     /// Where light that is to be filtered is added.
     pub fn smooth_radiance(&self) -> &wgpu::Buffer {
         &self.smooth_radiance
+    }
+
+    /// What the samples are collected in, by their WGSL names.
+    pub fn collected(&self) -> Resources<'_> {
+        named(&self.sums)
     }
 
     /// Forgets the band before.

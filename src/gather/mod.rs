@@ -3,12 +3,13 @@
 pub mod eye_image;
 pub mod eye_pass;
 pub mod filter;
+pub mod history;
 pub mod host_samples;
 pub mod light_pass;
 pub mod records;
 
 pub use eye_image::EyeImage;
-pub use eye_pass::{EyePass, EyeSettings, EyeStart};
+pub use eye_pass::{EyePass, EyeSettings, EyeStart, KeptLight};
 pub use host_samples::HostSamples;
 pub use light_pass::LightPass;
 pub use records::IrradianceRecords;

@@ -268,7 +268,10 @@ shared_struct! {
         path_depth_max: u32,
         resolve_first_row: u32,
         resolve_row_count: u32,
-        padding: u32,
+        kept_max: u32,
+        previous_view_from_scene: AffineRows,
+        previous_slope_left_top: [f32; 2],
+        previous_slope_extent: [f32; 2],
     }
 }
 

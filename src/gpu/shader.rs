@@ -39,14 +39,14 @@ macro_rules! shader_registry {
 }
 
 shader_registry! {
-shared: threads, random, packing, scene, traversal, surface, bsdf, lights, next_event, scattered_path, eye, light_path, filter,
+shared: threads, random, packing, scene, traversal, surface, bsdf, lights, next_event, scattered_path, eye, light_path, filter, collected, history,
         photon_paths, photon_start, photon_map, coverage, gather, records, scan, radix;
     stages: photon_emit, photon_aim, photon_bounce, photon_count, photon_offsets, photon_append, photon_commit,
         photon_keys, radix_count, radix_scatter, scan_blocks, scan_totals, scan_add,
         grid_count, photon_arrange,
         record_points, record_irradiance,
         visible_points, direct_light, path_light, foveated_light, density_estimate,
-        filter_collect, filter_prepare, filter_level, filter_finish, resolve,
+        history_find, filter_collect, history_join, filter_prepare, filter_level, filter_finish, resolve,
         add_samples;
     draws: present;
 }

@@ -6,8 +6,8 @@
 use super::radius::{RadiusRule, shrink_factor};
 use super::{FrameSettings, Start, Statistics, Technique, photon_warnings};
 use crate::gather::{
-    EyeImage, EyePass, EyeSettings, IrradianceRecords, LightPass, eye_pass, filter, light_pass,
-    records,
+    EyeImage, EyePass, EyeSettings, EyeStart, IrradianceRecords, LightPass, eye_pass, filter,
+    light_pass, records,
 };
 use crate::gpu::pass::Recorder;
 use crate::gpu::{GpuDevice, GpuError};
@@ -34,6 +34,12 @@ impl Plan {
             photons: is_lit && params.photon.count > 0 && (effects.indirect || effects.caustics),
             caustics: is_lit && effects.caustics && params.aimed.count > 0,
         }
+    }
+
+    /// Whether pixels keep light from frame to frame: not where something moves, as nothing yet tells which light that changes.
+    fn keeps(start: &Start<'_, '_>) -> bool {
+        let is_asked = start.is_session && start.params.temporal.kept_samples > 0;
+        is_asked && !start.effects.has_motion()
     }
 
     /// The classes that photons which are not aimed are told apart in.
@@ -138,7 +144,12 @@ impl FoveatedPhotonMapping {
             let class = PhotonClass::Caustic;
             light.push(LightPass::photons(tracer.store(), map, class));
         }
-        let eyes = EyePass::new(&start.eyes(&light, filter_levels), &constants)?;
+        let keeps = Plan::keeps(start);
+        let eyes = EyeStart {
+            keeping_eyes: if keeps { 2 } else { 0 },
+            ..start.eyes(&light, filter_levels)
+        };
+        let eyes = EyePass::new(&eyes, &constants)?;
         let radius = RadiusRule::of(scene);
         Ok(Box::new(Self {
             photons,
@@ -177,6 +188,7 @@ impl Technique for FoveatedPhotonMapping {
         self.radius_m = self.radius.first_m(params) * shrink;
         let settings = self.map_settings();
         let gpu = recorder.gpu();
+        self.eyes.start_counting(recorder);
         // What was recorded before still counts on the old radii.
         recorder.submit();
         let tracing = |path_count| TraceSettings {
@@ -252,6 +264,13 @@ impl Technique for FoveatedPhotonMapping {
             ]);
         }
         warnings.extend(self.radius.warning(&self.params));
+        if let Some(kept) = self.eyes.kept_light(gpu)? {
+            counts.extend([
+                ("pixels_keeping_light", f64::from(kept.pixels)),
+                ("pixels_with_kept_light", f64::from(kept.found)),
+                ("samples_kept", f64::from(kept.samples)),
+            ]);
+        }
         counts.push(("gather_radius_m", f64::from(self.radius_m)));
         Ok(Statistics { counts, warnings })
     }

@@ -82,6 +82,8 @@ pub struct Start<'s, 'w> {
     pub params: &'w Params,
     /// Pixels of an eye's image, across and down.
     pub size: (u32, u32),
+    /// Frames follow each other as a wearer sees them, so that light may be kept from one to the next; else each is a picture of its own.
+    pub is_session: bool,
 }
 
 impl<'s, 'w> Start<'s, 'w> {
@@ -112,6 +114,7 @@ impl<'s, 'w> Start<'s, 'w> {
             scene: self.on_gpu,
             light,
             filter_levels,
+            keeping_eyes: 0,
             effects: self.effects,
             size: self.size,
             samples_max: fovea
@@ -191,8 +194,8 @@ pub const REGISTRY: &[TechniqueEntry] = &[
         name: "fpm",
         about: "foveated photon mapping: photons and paths where the eye looks",
         rooms: &[
-            "photon", "aimed", "gather", "record", "indirect", "direct", "filter", "eye", "fovea",
-            "effects",
+            "photon", "aimed", "gather", "record", "indirect", "temporal", "direct", "filter",
+            "eye", "fovea", "effects",
         ],
         effort: "photon.count",
         has_photons: true,

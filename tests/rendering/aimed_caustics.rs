@@ -420,11 +420,12 @@ fn picture(subject: &Subject, tracers: &[PhotonTracer]) -> LinearImage {
         scene,
         light: &Vec::from_iter(light),
         filter_levels: 0,
+        keeping_eyes: 0,
         effects,
         size: SIZE,
         samples_max: 4,
     };
-    let eyes = EyePass::new(&start, &subject.constants()).unwrap();
+    let mut eyes = EyePass::new(&start, &subject.constants()).unwrap();
     let view = subject.loaded.scene.cameras[0].view(SIZE.0, SIZE.1);
     let image = EyeImage::new(gpu(), SIZE.0, SIZE.1).unwrap();
     let mut timer = PassTimer::new(gpu());

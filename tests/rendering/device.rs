@@ -240,6 +240,7 @@ fn samples_by_pixel(params: &Params, gaze_dir: Vec3, side: u32) -> (Vec<u32>, Ey
         effects: technique::effects(&scene, params),
         params,
         size: (side, side),
+        is_session: false,
     };
     let mut technique = (entry.start)(&start).unwrap();
     let image = EyeImage::new(gpu(), side, side).unwrap();

@@ -10,6 +10,7 @@ mod effects;
 mod energy;
 mod filter;
 mod references;
+mod temporal;
 
 #[allow(dead_code, reason = "other tests use the rest of it")]
 #[path = "../common/glb.rs"]
