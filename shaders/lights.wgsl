@@ -1,5 +1,6 @@
 //! use surface
-// Lights: point, spot, directional, and emissive triangles. One table, picked from in proportion to power by the alias method.
+// Lights: point, spot, directional, and emissive triangles. One table, picked from by the alias method, by power and by what each light
+// brings to where the eye looks (src/scene/light_importance.rs).
 // Units: W/sr (point, spot), W/m2 (directional), W/(m2 sr) (triangles).
 // Source: KHR_lights_punctual's reference falloff; alias method after Vose, 1991; built by src/scene/light_table.rs.
 
@@ -24,7 +25,7 @@ struct Light {
   triangle: u32,            // for the texture coordinates of an emission texture
   emission_texture: i32,    // or -1
   sides: u32,               // that shine
-  padding: u32,
+  unshadowed_probability: f32,   // of picking it if nothing stood between lights and what the eye looks at
 }
 const LIGHT_POINT: u32 = 0u;
 const LIGHT_SPOT: u32 = 1u;

@@ -1,7 +1,8 @@
 //! use lights
 // Light straight from the lights to a surface, one of several candidates tested by one shadow ray.
 // Source: resampled importance sampling (Talbot et al., EGSR 2005): of a few candidates one is kept in proportion to what it would bring
-// if nothing stood between.
+// if nothing stood between, times how much more or less likely shadows make its light: or else a bright lamp behind a wall, once among
+// the candidates, would always be kept.
 // Limits: gathered lobes see all lights; sharp GGX sees point, spot and directional lights only, since its rays can meet the others.
 
 /// Whether gathered lobes get direct light here (`pm-direct`) or from photons (`pm`).
@@ -29,7 +30,7 @@ struct LightChoice {
 
 /// Looks at one more candidate.
 fn consider_light(choice: ptr<function, LightChoice>, light: Light, light_sample: LightSample, contribution: vec3f, u: f32) {
-  let target_ = luminance(contribution);
+  let target_ = luminance(contribution) * light.pick_probability / light.unshadowed_probability;
   if (!(target_ > 0.0)) { return; }
   let weight = target_ / light.pick_probability;
   (*choice).weight_sum += weight;

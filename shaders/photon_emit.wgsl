@@ -1,6 +1,6 @@
 //! use photon_start
 // Starts a batch of photon paths at the lights.
-// Source: Jensen, "Global Illumination using Photon Maps", 1996, section 2; light picked by power.
+// Source: Jensen, "Global Illumination using Photon Maps", 1996, section 2; light picked from the table of lights.wgsl.
 
 @compute @workgroup_size(64)
 fn photon_emit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {

@@ -15,6 +15,7 @@ use crate::image::present::Presenter;
 use crate::params::Params;
 use crate::scene::bvh::SceneCaster;
 use crate::scene::gpu_scene::GpuScene;
+use crate::scene::light_importance::{LightImportance, Surroundings};
 use crate::scene::{Scene, ScenePose};
 use crate::technique::{self, FrameSettings, Start, Statistics, Technique, TechniqueEntry};
 use crate::view::{Pose, View};
@@ -57,6 +58,8 @@ pub struct FrameOutcome {
 
 /// Name of the stage that moves objects and lights, as the timings give it; only scenes with motion have it.
 pub const MOTION: &str = "scene motion";
+/// Name of the stage that finds which lights matter to the eyes; only scenes with several lamps have it.
+pub const LIGHT_IMPORTANCE: &str = "light importance";
 
 /// Everything that stays from frame to frame.
 pub struct FrameRenderer<'a> {
@@ -65,6 +68,7 @@ pub struct FrameRenderer<'a> {
     caster: &'a SceneCaster,
     on_gpu: GpuScene,
     has_motion: bool,
+    light_importance: LightImportance,
     params: Params,
     scene_from_local: Pose,
     gaze: GazeSource,
@@ -109,6 +113,7 @@ impl<'a> FrameRenderer<'a> {
             caster,
             on_gpu,
             has_motion: effects.has_motion(),
+            light_importance: LightImportance::new(params.direct.importance_share),
             params: params.clone(),
             scene_from_local: viewer_place(scene, params),
             gaze: GazeSource::live(gaze_params(params)),
@@ -148,6 +153,19 @@ impl<'a> FrameRenderer<'a> {
         // Without a place or a field of view there is no picture: it stays black.
         let drawn = eyes.iter().zip(&views).zip(&self.images);
         let drawn = Vec::from_iter(drawn.filter(|((_, view), _)| view.is_drawable()));
+        if self.light_importance.matters_to(&self.on_gpu) {
+            let around = Surroundings {
+                scene: self.scene,
+                caster: self.caster,
+                pose: &pose,
+                on_gpu: &self.on_gpu,
+            };
+            let focuses = Vec::from_iter(drawn.iter().map(|((eye, _), _)| eye.focus()));
+            recorder.on_host(LIGHT_IMPORTANCE, || {
+                self.light_importance.look(&around, &focuses);
+                self.light_importance.apply(self.gpu, &self.on_gpu);
+            });
+        }
         let frame = FrameSettings {
             frame: input.index,
             pass: 0,

@@ -219,6 +219,9 @@ knobs! {
         shadow_rays: u32 = 2, 1, 256, "rays", "with 4 samples a pixel in the fovea: 8 rays a pixel";
         /// Candidates of which each shadow ray keeps one.
         candidates: u32 = 4, 1, 64, "candidates", "Talbot et al. 2005";
+        /// Share of the picks, of photons and candidates, that go to lights by what they bring to where the eye looks; the others go by
+        /// power, so that no light is forgotten. 0: all go by power.
+        importance_share: f32 = 0.75, 0.0, 0.95, "1", "no light is picked less than a quarter as often as by power alone";
     }
     /// Indirect light by paths from where the eye looks.
     indirect: Indirect {

@@ -12,6 +12,8 @@ use crate::image::{LinearImage, Scatter};
 use crate::params::Params;
 use crate::scene::ScenePose;
 use crate::scene::effects::Effects;
+use crate::scene::gpu_scene::GpuScene;
+use crate::scene::light_importance::{LightImportance, Surroundings};
 use crate::scene::loaded::LoadedScene;
 use crate::technique::{self, FrameSettings, Start, Statistics, Technique, TechniqueEntry};
 use crate::view::View;
@@ -21,6 +23,9 @@ pub struct Still<'a> {
     gpu: &'a GpuDevice,
     params: Params,
     pose: ScenePose,
+    on_gpu: &'a GpuScene,
+    /// As the first look tells it: all passes pick lights alike.
+    light_importance: LightImportance,
     technique: Box<dyn Technique + 'a>,
     eye: EyeSettings,
     image: EyeImage,
@@ -76,10 +81,23 @@ impl<'a> Still<'a> {
             size,
             is_session: false,
         })?;
+        let pose = scene.scene.pose_at(0.0);
+        let mut light_importance = LightImportance::new(params.direct.importance_share);
+        if light_importance.matters_to(&scene.on_gpu) {
+            let around = Surroundings {
+                scene: &scene.scene,
+                caster: &scene.caster,
+                pose: &pose,
+                on_gpu: &scene.on_gpu,
+            };
+            light_importance.look(&around, &[eye.focus()]);
+        }
         Ok(Self {
             gpu,
             params: params.clone(),
-            pose: scene.scene.pose_at(0.0),
+            pose,
+            on_gpu: &scene.on_gpu,
+            light_importance,
             technique,
             eye,
             image: EyeImage::new(gpu, size.0, size.1)?,
@@ -109,6 +127,8 @@ impl<'a> Still<'a> {
     /// # Errors
     /// [`GpuError`] when the device fails.
     pub fn add_pass(&mut self) -> Result<Vec<PassTime>, GpuError> {
+        // Another picture of the scene may have picked by its own since.
+        self.light_importance.apply(self.gpu, self.on_gpu);
         let mut recorder = Recorder::new(self.gpu, &mut self.timer);
         if self.passes == 0 || self.scatter.is_some() {
             self.image.clear(recorder.encoder());

@@ -3,6 +3,7 @@
 pub mod eye_image;
 pub mod eye_pass;
 pub mod filter;
+mod focus;
 pub mod history;
 pub mod host_samples;
 pub mod light_pass;

@@ -134,7 +134,7 @@ shared_struct! {
         triangle: u32,
         emission_texture: i32,
         sides: u32,
-        padding: u32,
+        unshadowed_probability: f32,
     }
 }
 

@@ -4,7 +4,8 @@ use glam::{Affine3A, Vec3};
 
 use super::bvh::SceneCaster;
 use super::gpu_geometry::{self, GpuGeometry};
-use super::light_table::{self, EmissiveTriangle};
+use super::lamps;
+use super::light_table::{self, EmissiveTriangle, PickProbabilities, PlacedLight};
 use super::{Aabb, Material, Scene, ScenePose, TextureRef};
 use crate::gpu::layout;
 use crate::gpu::pass::Resources;
@@ -34,6 +35,10 @@ pub struct GpuScene {
     object_bounds: Vec<Aabb>,
     object_roots: Vec<u32>,
     emissive: Vec<EmissiveTriangle>,
+    /// Of the punctual lights, then of the emissive triangles.
+    lamp_of_lights: Vec<u32>,
+    /// As they stand on the device.
+    placed_lights: Vec<PlacedLight>,
     host_materials: Vec<Material>,
     emission_texture_of_material: Vec<(i32, Vec3)>,
     bytes: u64,
@@ -90,6 +95,9 @@ impl GpuScene {
                 (textures.use_index(material.emission_texture), mean)
             })
             .collect();
+        let bounds = scene.bounds_over_time();
+        let lamp_of_lights =
+            lamps::lamp_of_lights(&pose.lights, &emissive, &pose.scene_from_object, bounds);
         let light_capacity = scene.lights.len() + emissive.len();
         let bvh_nodes = TexelArray::new(gpu, "bvh_nodes", &geometry.bvh_nodes)?;
         let triangle_positions =
@@ -118,7 +126,7 @@ impl GpuScene {
             triangle_shading,
             triangle_texcoords,
             texels: SplitArray::with(gpu, "texels", &textures.texels)?,
-            bounds: scene.bounds_over_time(),
+            bounds,
             area_m2: scene_area_m2(scene, pose),
             object_bounds: scene
                 .objects
@@ -127,6 +135,8 @@ impl GpuScene {
                 .collect(),
             object_roots,
             emissive,
+            lamp_of_lights,
+            placed_lights: Vec::new(),
             host_materials: scene.materials.clone(),
             emission_texture_of_material,
             bytes: 0,
@@ -160,21 +170,20 @@ impl GpuScene {
         Ok(this)
     }
 
-    /// Moves objects and lights; takes effect with the next submission.
+    /// Moves objects and lights, which are picked by power then; takes effect with the next submission.
     pub fn set_pose(&mut self, gpu: &GpuDevice, pose: &ScenePose) {
         let radius_m = (0.5 * self.bounds.diagonal_m()).max(1e-6);
-        let lights = light_table::build(
+        let lights = light_table::place(
             &pose.lights,
             &self.emissive,
             &pose.scene_from_object,
             &self.host_materials,
             &self.emission_texture_of_material,
+            &self.lamp_of_lights,
             radius_m,
         );
-        let has_extent = |light: &&layout::Light| light.kind == light_table::KIND_TRIANGLE;
+        let has_extent = |placed: &&PlacedLight| placed.light.kind == light_table::KIND_TRIANGLE;
         let delta_light_count = lights.len() - lights.iter().filter(has_extent).count();
-        gpu.queue
-            .write_buffer(&self.lights, 0, bytemuck::cast_slice(&lights));
         let objects: Vec<layout::Object> = pose
             .scene_from_object
             .iter()
@@ -201,9 +210,32 @@ impl GpuScene {
         };
         gpu.queue
             .write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+        self.placed_lights = lights;
+        self.set_pick_probabilities(gpu, &PickProbabilities::by_power(&self.placed_lights));
     }
 
-    fn ray_offset_m(&self) -> f32 {
+    /// Has each of [`GpuScene::placed_lights`] picked with its probability; takes effect with the next submission.
+    pub fn set_pick_probabilities(&self, gpu: &GpuDevice, probabilities: &PickProbabilities) {
+        let table = light_table::build(&self.placed_lights, probabilities);
+        gpu.queue
+            .write_buffer(&self.lights, 0, bytemuck::cast_slice(&table));
+    }
+
+    /// The lights with power as they stand on the device.
+    pub fn placed_lights(&self) -> &[PlacedLight] {
+        &self.placed_lights
+    }
+
+    /// How many lamps the lights belong to, those without power at the moment too.
+    pub fn lamp_count(&self) -> usize {
+        self.lamp_of_lights
+            .iter()
+            .max()
+            .map_or(0, |last| *last as usize + 1)
+    }
+
+    /// How far rays start from the surface that they leave, metres.
+    pub fn ray_offset_m(&self) -> f32 {
         (RAY_OFFSET * self.bounds.diagonal_m()).max(f32::MIN_POSITIVE)
     }
 

@@ -4,10 +4,11 @@
 //! Source: Jensen, "Global Illumination using Photon Maps", 1996, section 2.1, aims caustic photons at specular objects.
 //! Limits: alpha masks are not looked at, nor where a texture makes a surface rough.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use glam::{Affine3A, Mat3, Vec3};
 
+use super::connected;
 use super::{Aabb, Material, Mesh, Scene, ScenePose};
 use crate::gpu::layout::SpecularTarget;
 use crate::gpu::{GpuDevice, GpuError, resources};
@@ -174,21 +175,10 @@ fn pieces(mesh: &Mesh, importance_of_material: &[f32]) -> Vec<Piece> {
     let specular: Vec<usize> = (0..mesh.triangles.len())
         .filter(|&triangle| importance(triangle) > 0.0)
         .collect();
-    // Triangles are one piece where corners lie in one place: meshes split vertices at seams of their normals and texture coordinates.
-    let mut piece_of: Vec<usize> = (0..specular.len()).collect();
-    let mut at_place: HashMap<[u32; 3], usize> = HashMap::new();
-    for (index, &triangle) in specular.iter().enumerate() {
-        for corner in mesh.corners(triangle) {
-            // Adding zero makes one zero of the two.
-            let place = (corner + 0.0).to_array().map(f32::to_bits);
-            let neighbour = *at_place.entry(place).or_insert(index);
-            let (a, b) = (root(&mut piece_of, index), root(&mut piece_of, neighbour));
-            piece_of[a.max(b)] = a.min(b);
-        }
-    }
+    let roots = connected::pieces(specular.iter().map(|&triangle| mesh.corners(triangle)));
     let mut parts: BTreeMap<usize, (Vec<Vec<Vec3>>, f32)> = BTreeMap::new();
-    for (index, &triangle) in specular.iter().enumerate() {
-        let (polygons, most) = parts.entry(root(&mut piece_of, index)).or_default();
+    for (&root, &triangle) in roots.iter().zip(&specular) {
+        let (polygons, most) = parts.entry(root).or_default();
         polygons.push(mesh.corners(triangle).to_vec());
         *most = most.max(importance(triangle));
     }
@@ -214,15 +204,6 @@ fn parted(mut pieces: Vec<Piece>, count_max: usize) -> Vec<SpecularTarget> {
     }
     whole.extend(pieces.into_iter().map(|piece| piece.target));
     whole
-}
-
-/// The first triangle of a piece; shortens the way to it.
-fn root(piece_of: &mut [usize], mut index: usize) -> usize {
-    while piece_of[index] != index {
-        piece_of[index] = piece_of[piece_of[index]];
-        index = piece_of[index];
-    }
-    index
 }
 
 /// The sphere in scene space. A map that stretches makes an ellipsoid of it, and the sphere goes around that.

@@ -9,6 +9,7 @@ mod device;
 mod effects;
 mod energy;
 mod filter;
+mod light_importance;
 mod references;
 mod temporal;
 
