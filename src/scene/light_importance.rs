@@ -291,11 +291,9 @@ impl Surroundings<'_> {
             for (lamp, brought) in lamps.iter().zip(&mut brought) {
                 let (irradiance, is_shadowed) = self.irradiance(lamp, surface, on_lamp);
                 brought.unshadowed += weight * irradiance;
-                brought.shadowed += if is_shadowed {
-                    0.0
-                } else {
-                    weight * irradiance
-                };
+                if !is_shadowed {
+                    brought.shadowed += weight * irradiance;
+                }
             }
         }
         let sum = brought

@@ -4,16 +4,23 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use glam::{Affine3A, Vec3};
+use macula::frame::{FrameInput, FrameRenderer, LIGHT_IMPORTANCE};
 use macula::gpu::pass::{Kernel, Recorder};
 use macula::gpu::shader::{Stage as ShaderStage, compose_text};
 use macula::gpu::{resources, timing::PassTimer};
+use macula::params::Params;
+use macula::scene::bvh::SceneCaster;
 use macula::scene::lamps::LAMPS_MAX;
 use macula::scene::light_importance::{Focus, LightImportance, Surroundings};
 use macula::scene::light_table::PickProbabilities;
 use macula::scene::loaded::LoadedScene;
 use macula::scene::{Scene, ScenePose};
+use macula::technique;
+use macula::view::{Fov, Pose, View};
 
-use crate::maker::{Recipe, Stage, glowing, gpu, lambert, mean, means_agree};
+use crate::maker::{
+    EYE_FORMAT, Recipe, Stage, eye_target, glowing, gpu, lambert, mean, means_agree,
+};
 
 const GREY: [f32; 3] = [0.5; 3];
 const SHARE: f32 = 0.75;
@@ -431,4 +438,58 @@ fn two_pictures_of_one_scene_do_not_disturb_each_other() {
     }
     let [a, b] = stills.map(|still| still.read().unwrap().rgb);
     assert!(a == by_importance && b == by_power);
+}
+
+/// The second frame of a session in which the eyes are lost: the left eye's picture, and the names of the stages.
+fn session_frame(stage: &Stage, share: &str) -> (Vec<[f32; 3]>, Vec<&'static str>) {
+    let scene = stage.load();
+    let caster = SceneCaster::new(&scene);
+    let mut params = Params::default();
+    for (key, value) in [("photon.count", "0"), ("direct.importance_share", share)] {
+        params.set(key, value).unwrap();
+    }
+    let entry = technique::find("pm-direct").unwrap();
+    let size = [16; 2];
+    let mut renderer =
+        FrameRenderer::new(gpu(), &scene, &caster, &params, entry, size, EYE_FORMAT).unwrap();
+    let targets = [eye_target(size), eye_target(size)];
+    let view = View {
+        pose: Pose::IDENTITY,
+        fov: Fov::symmetric(1.2, 1.0),
+    };
+    let frames = [0, 1].map(|index| {
+        let input = FrameInput {
+            index,
+            display_time_ns: i64::from(index) * 11_000_000,
+            scene_time_s: 0.0,
+            local_from_head: Pose::IDENTITY,
+            local_from_eye: [view; 2],
+            gaze: None,
+        };
+        renderer.render(&input, &targets).unwrap()
+    });
+    let stages = frames[1].passes.iter().map(|pass| pass.name).collect();
+    (renderer.images()[0].read(gpu()).unwrap().rgb, stages)
+}
+
+#[test]
+fn a_session_looks_each_frame_where_there_is_more_than_one_lamp() {
+    let alone = Stage::new(DIM + 0.8 * Vec3::Z, DIM - Vec3::Z)
+        .cuboid(DIM, Vec3::splat(-1.0), lambert(GREY))
+        .point_light(DIM + 0.6 * Vec3::Y, 1.0);
+    let (quiet, stages) = session_frame(&alone, "0.75");
+    assert!(!stages.contains(&LIGHT_IMPORTANCE), "{stages:?}");
+    let off_by = |share| {
+        let (picture, stages) = session_frame(&two_rooms(), share);
+        let pairs = picture.as_flattened().iter().zip(quiet.as_flattened());
+        let squares: f32 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
+        (squares, stages.contains(&LIGHT_IMPORTANCE))
+    };
+    let (by_importance, looks) = off_by("0.75");
+    let (by_power, looks_by_power) = off_by("0");
+    assert!(looks && !looks_by_power);
+    assert!(
+        by_power > 30.0 * by_importance,
+        "{by_power} {by_importance}"
+    );
 }
