@@ -131,6 +131,8 @@ fn a_cone_around_the_gaze_counts_more_than_the_rest_of_the_view() {
         "{}",
         look_at(1.0)
     );
+    // Out of the picture, on the wall's left: the view counts alone.
+    assert!((look_at(-2.5) - 0.5).abs() < 0.03, "{}", look_at(-2.5));
 }
 
 /// Writes how often `pick_light` picks each light, of 65 536 even numbers.
