@@ -10,7 +10,7 @@ use macula::scene::bvh::SceneCaster;
 use macula::technique::{self, Statistics};
 use macula::view::{Fov, Pose, View};
 
-use crate::maker::{Recipe, bundled, eye_target, gpu};
+use crate::maker::{Recipe, Stage, bundled, eye_target, glowing, gpu, lambert};
 
 const SIDE: u32 = 48;
 const FRAME_NS: i64 = 11_111_111;
@@ -80,6 +80,29 @@ fn count(statistics: &Statistics, name: &str) -> f64 {
     found.unwrap_or_else(|| panic!("no {name}")).1
 }
 
+/// The same away from edges, which every frame smooths by its own samples alone.
+fn error_inside(image: &LinearImage, truth: &LinearImage) -> f64 {
+    let side = SIDE as usize;
+    let red = |x: usize, y: usize| truth.rgb[y * side + x][0];
+    let is_inside = |x: usize, y: usize| {
+        let around = (0..9).map(|n| red(x + n % 3 - 1, y + n / 3 - 1));
+        let (low, high) = around.fold((f32::MAX, 0f32), |(l, h), v| (l.min(v), h.max(v)));
+        high < 1.15 * low
+    };
+    let places = (1..side - 1).flat_map(|y| (1..side - 1).map(move |x| (x, y)));
+    let inside = Vec::from_iter(places.filter(|(x, y)| is_inside(*x, *y)));
+    let of = |image: &LinearImage| LinearImage {
+        width: inside.len() as u32,
+        height: 1,
+        rgb: inside
+            .iter()
+            .map(|(x, y)| image.rgb[y * side + x])
+            .collect(),
+    };
+    assert!(inside.len() > side * side / 2);
+    error(&of(image), &of(truth))
+}
+
 /// The mean of squared relative differences.
 fn error(image: &LinearImage, truth: &LinearImage) -> f64 {
     let pairs = image
@@ -92,35 +115,158 @@ fn error(image: &LinearImage, truth: &LinearImage) -> f64 {
     squares.sum::<f64>() / image.rgb.as_flattened().len() as f64
 }
 
+/// A corner of a room with a block in it, lit by a lamp: all of it diffuse, and nothing moves.
+fn corner() -> Scene {
+    let side = 3.0;
+    let floor = Vec3::new(-1.5, 0.0, 1.5);
+    Stage::new(Vec3::new(0.0, 1.0, 1.4), Vec3::new(0.0, 0.6, -1.0))
+        .quad(floor, side * Vec3::X, -side * Vec3::Z, lambert([0.7; 3]))
+        .quad(
+            floor - side * Vec3::Z,
+            side * Vec3::X,
+            side * Vec3::Y,
+            lambert([0.6, 0.6, 0.3]),
+        )
+        .quad(
+            floor,
+            -side * Vec3::Z,
+            side * Vec3::Y,
+            lambert([0.7, 0.2, 0.2]),
+        )
+        .cuboid(
+            Vec3::new(0.2, 0.3, -0.6),
+            Vec3::splat(0.3),
+            lambert([0.5; 3]),
+        )
+        .quad(
+            Vec3::new(-0.3, 1.8, -0.8),
+            0.6 * Vec3::X,
+            0.6 * Vec3::Z,
+            glowing([15.0; 3]),
+        )
+        .load()
+}
+
+/// What the frames come to without noise: the mean of many, each lit from scratch and not filtered.
+fn truth(scene: &Scene, place: Vec3) -> LinearImage {
+    let mut settings = params("0");
+    let set = [
+        ("random.seed", "77"),
+        ("filter.path_levels", "0"),
+        ("fovea.samples", "16"),
+        ("indirect.paths", "2"),
+    ];
+    for (key, value) in set {
+        settings.set(key, value).unwrap();
+    }
+    let pictures = frames(scene, &settings, &[place; 24]);
+    let mut mean = pictures[0].0.clone();
+    for (at, value) in mean.rgb.as_flattened_mut().iter_mut().enumerate() {
+        let values = pictures.iter().map(|(p, _)| p.rgb.as_flattened()[at]);
+        *value = values.sum::<f32>() / pictures.len() as f32;
+    }
+    mean
+}
+
 #[test]
-fn a_fixation_grows_sharper() {
-    let scene = Scene::load(&bundled("room.glb")).unwrap();
+fn a_fixation_grows_sharper_down_to_the_filter_s_blur() {
+    let scene = corner();
+    let truth = truth(&scene, Vec3::ZERO);
     let still = [Vec3::ZERO; 17];
-    let truth = {
-        // The mean of many frames of another seed, each lit from scratch.
-        let mut others = params("0");
-        others.set("random.seed", "77").unwrap();
-        others.set("filter.path_levels", "0").unwrap();
-        others.set("fovea.samples", "16").unwrap();
-        let pictures = frames(&scene, &others, &[Vec3::ZERO; 24]);
-        let mut mean = pictures[0].0.clone();
-        for (at, value) in mean.rgb.as_flattened_mut().iter_mut().enumerate() {
-            let values = pictures.iter().map(|(p, _)| p.rgb.as_flattened()[at]);
-            *value = values.sum::<f32>() / pictures.len() as f32;
-        }
-        mean
+    let [kept, fresh] = ["256", "0"].map(|samples| frames(&scene, &params(samples), &still));
+    let mean_error = |frames: &[(LinearImage, Statistics)]| {
+        let errors = frames.iter().map(|(image, _)| error_inside(image, &truth));
+        errors.sum::<f64>() / frames.len() as f64
     };
-    let kept = frames(&scene, &params("64"), &still);
-    let fresh = frames(&scene, &params("0"), &still);
-    for index in [0, 1, 2, 4, 8, 16] {
-        let statistics = &kept[index].1;
-        println!(
-            "frame {index}: {:.5} with kept light, {:.5} without; {} of {} pixels, {} samples",
-            error(&kept[index].0, &truth),
-            error(&fresh[index].0, &truth),
-            count(statistics, "pixels_with_kept_light"),
-            count(statistics, "pixels_keeping_light"),
-            count(statistics, "samples_kept"),
+    for (kept, fresh) in kept.iter().zip(&fresh).step_by(4) {
+        let (kept, fresh) = (
+            error_inside(&kept.0, &truth),
+            error_inside(&fresh.0, &truth),
+        );
+        println!("{kept:.6} with kept light, {fresh:.6} without");
+    }
+    let (first, last) = (mean_error(&fresh), mean_error(&kept[14..]));
+    assert!(
+        last < 0.4 * first,
+        "{first} from scratch, {last} at the end"
+    );
+
+    let last = &kept[16].1;
+    let reused = count(last, "pixels_with_kept_light") / count(last, "pixels_keeping_light");
+    assert!(
+        reused > 0.9,
+        "{reused} of the pixels found their light again"
+    );
+    // One sample more a frame and eye than in the frame before, less what edges lost.
+    let samples = |index: usize| count(&kept[index].1, "samples_kept");
+    let pixels = count(last, "pixels_keeping_light");
+    let gained = (samples(16) - samples(8)) / 8.0 / pixels;
+    assert!(
+        (0.7..1.3).contains(&gained),
+        "{gained} samples a pixel and frame"
+    );
+}
+
+#[test]
+fn no_pixel_keeps_more_than_it_may_however_long_and_wild_the_session() {
+    let scene = corner();
+    let way: Vec<Vec3> = (0..40)
+        .map(|index| {
+            let turn = index as f32;
+            0.3 * Vec3::new(
+                (0.7 * turn).sin(),
+                0.2 * (1.3 * turn).cos(),
+                (0.4 * turn).sin(),
+            )
+        })
+        .collect();
+    let kept = frames(&scene, &params("16"), &way);
+    for (image, statistics) in &kept {
+        let samples = count(statistics, "samples_kept");
+        let pixels = count(statistics, "pixels_keeping_light");
+        // What is kept and what is new: 16, and 4 where a pixel is lit anew, 1 where it is not.
+        assert!(samples <= 17.5 * pixels, "{samples} in {pixels} pixels");
+        assert!(
+            image
+                .rgb
+                .as_flattened()
+                .iter()
+                .all(|x| x.is_finite() && *x >= 0.0)
         );
     }
+    let found: f64 = kept
+        .iter()
+        .map(|(_, s)| count(s, "pixels_with_kept_light"))
+        .sum();
+    assert!(found > 0.0);
+}
+
+#[test]
+fn a_moving_head_sees_what_it_would_see_without_kept_light() {
+    let scene = corner();
+    let way: Vec<Vec3> = (0..12)
+        .map(|index| 0.008 * index as f32 * Vec3::X)
+        .collect();
+    let truth = truth(&scene, way[11]);
+    let mean = |image: &LinearImage| {
+        let values = image.rgb.as_flattened();
+        values.iter().map(|x| f64::from(*x)).sum::<f64>() / values.len() as f64
+    };
+    let [kept, fresh] = ["64", "0"].map(|samples| frames(&scene, &params(samples), &way));
+    let (last, scratch) = (&kept[11].0, &fresh[11].0);
+    let ratio = mean(last) / mean(&truth);
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio} of what is there");
+    let (with, without) = (error(last, &truth), error(scratch, &truth));
+    println!("moving: {with:.5} with kept light, {without:.5} without");
+    assert!(with < 1.5 * without);
+    // Control: light of the frame at the other end of the way is not taken for it.
+    assert!(error(&fresh[0].0, &truth) > 3.0 * with);
+}
+
+#[test]
+fn pictures_of_render_keep_nothing() {
+    let picture = Recipe::new("fpm").size(16, 16).passes(2);
+    let picture = picture.render(&bundled("furnace.glb"));
+    let names = picture.statistics.counts.iter().map(|(name, _)| *name);
+    assert!(!Vec::from_iter(names).contains(&"samples_kept"));
 }
