@@ -30,6 +30,10 @@ struct EyeUniform {
   previous_view_from_scene: array<vec4f, 3>,
   previous_slope_left_top: vec2f,
   previous_slope_extent: vec2f,
+  refresh_frames: u32,         // from one lit sample of a pixel outside the fovea to the next, where its light is kept
+  padding0: u32,
+  padding1: u32,
+  padding2: u32,
 }
 
 @group(1) @binding(0) var<uniform> eye: EyeUniform;
@@ -38,9 +42,6 @@ struct EyeUniform {
 override HAS_CHAINS: bool = true;
 /// Sharp highlights of lights without extent are found at visible points, as no ray meets such a light.
 override HAS_DELTA_LIGHTS: bool = true;
-
-/// What is lit is kept for the frames that follow.
-override KEEPS_LIGHT: bool = false;
 
 /// Threads between which the device parts a dispatch in equal runs of workgroups; 1 on a GPU, which hands them out one by one.
 override RUNS: u32 = 1;
@@ -108,13 +109,14 @@ struct VisiblePoint {
   coat_f90: f32,
 }
 
+/// In `kept_at`: a surface whose light is not kept, and one whose light will be, but was not.
 const NOT_KEPT: u32 = 0xffffffffu;
+const NOT_FOUND: u32 = 0xfffffffeu;
 
 /// In `seen_emission`: what a pixel's sample saw.
-const SAW_NOTHING: f32 = 0.0;     // it is not one of the pixel's samples
-const SAW_SOMETHING: f32 = 1.0;
-/// A diffuse surface that does not move, at first sight: what lights it may be kept.
-const SAW_STATIC_DIFFUSE: f32 = 2.0;
+const SAW_NOTHING: f32 = 0.0;          // it is not one of the pixel's samples
+const SAW_AND_WENT_ON: f32 = 1.0;      // mirrors or glass
+const SAW_AT_FIRST_SIGHT: f32 = 2.0;   // a surface that ends sight
 
 fn bsdf_of(point: VisiblePoint) -> Bsdf {
   var bsdf: Bsdf;

@@ -4,7 +4,6 @@
 // Source: Shi et al. 2021, Algorithm 2; see history.wgsl.
 // Limits: see history.wgsl.
 
-@group(1) @binding(2) var<storage, read_write> seen_emission: array<vec4f>;
 @group(1) @binding(8) var<storage, read_write> sharp_sum: array<vec4f>;
 @group(1) @binding(12) var<storage, read_write> kept_at: array<u32>;
 /// In the third place: samples that are kept in all.
@@ -23,7 +22,7 @@ fn history_join(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) gr
   var light = smooth_sum[band_pixel];
   var sharp = sharp_sum[band_pixel];
   var albedo = albedo_sum[band_pixel];
-  if (kept != NOT_KEPT) {
+  if (kept < NOT_FOUND) {
     let previous = load_previous_smooth(kept);
     let scale = min(1.0, f32(eye.kept_max) / previous.w);
     light += scale * previous;
@@ -35,7 +34,7 @@ fn history_join(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) gr
   }
   if (!is_shown(band_pixel)) { return; }
   let index = eye.first_row * eye.size.x + band_pixel;
-  let is_kept = seen_emission[band_pixel].a == SAW_STATIC_DIFFUSE && light.w > 0.0;
+  let is_kept = kept != NOT_KEPT && light.w > 0.0;
   store_next_smooth(index, select(vec4f(0.0), light, is_kept));
   store_next_sharp(index, sharp);
   store_next_albedo(index, albedo);

@@ -7,9 +7,6 @@
 @group(1) @binding(2) var<storage, read_write> seen_emission: array<vec4f>;
 @group(1) @binding(3) var<storage, read_write> slot_radiance: array<vec4f>;
 
-/// Where the light of each pixel was kept, or `NOT_KEPT`; told by history_find.wgsl after the first sample.
-@group(1) @binding(12) var<storage, read_write> kept_at: array<u32>;
-
 struct Chain {
   ray: Ray,
   throughput: vec3f,
@@ -50,8 +47,6 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
   var other_way = chain;
   var has_other_way = false;
   var has_branched = false;
-  var saw = SAW_SOMETHING;
-  let gets_kept_light = KEEPS_LIGHT && eye.sample > 0u && kept_at[band_pixel] != NOT_KEPT;
   for (var slot = 0u; slot < slots_a_pixel(); slot++) {
     if (slot == 1u) {
       if (!has_other_way) { break; }
@@ -113,11 +108,8 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
           // An interface's reflection is traced: only what lies under it is gathered.
           let gathered_f0 = select(bsdf.f0, vec3f(0.0), is_interface);
           let gathered_f90 = select(bsdf.f90, 0.0, is_interface);
-          let is_kind = KEEPS_LIGHT && chain.depth == 0u && !has_branched && !is_interface && (!HAS_OBJECTS || hit.object == STATIC_OBJECT)
-            && likelihood.x - luminance(bsdf.diffuse) <= GLOSSY_KEPT_MAX * likelihood.x;
-          saw = select(saw, SAW_STATIC_DIFFUSE, is_kind);
           visible_points_[band_pixel + slot * band_pixel_count()] = VisiblePoint(
-            surface.position, pack_direction(n), select(weight, -weight, is_kind && gets_kept_light), pack_direction(surface.geometric_normal),
+            surface.position, pack_direction(n), weight, pack_direction(surface.geometric_normal),
             bsdf.diffuse, pack_direction(wo), gathered_f0, pack2x16unorm(vec2f(bsdf.alpha, gathered_f90)), bsdf.coat_f0, bsdf.coat_f90);
           continue;
         }
@@ -143,9 +135,7 @@ fn visible_points(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
       if (!goes_on) { break; }
     }
   }
-  seen_emission[band_pixel] = vec4f(emission, saw);
+  seen_emission[band_pixel] = vec4f(emission, select(SAW_AND_WENT_ON, SAW_AT_FIRST_SIGHT, chain.depth == 0u && !has_branched));
 }
 
 const NO_SOLID: u32 = 0xffffffffu;
-/// Most of a surface's reflection that may be glossy if its light is kept, since that part changes with the eye.
-const GLOSSY_KEPT_MAX: f32 = 0.2;

@@ -252,6 +252,8 @@ knobs! {
     temporal: Temporal {
         /// Samples that a pixel keeps of the light of diffuse surfaces; 0: every frame is lit from scratch.
         kept_samples: u32 = 64, 0, 65_536, "samples", "16 frames' worth at 4 samples a pixel";
+        /// Frames from one lit sample of a pixel outside the fovea to the next, where its light is kept.
+        refresh_frames: u32 = 4, 1, 64, "frames", "chosen, not measured: at 90 frames/s light is 44 ms old at most";
     }
     /// The edge-avoiding filter over indirect light.
     filter: Filter {

@@ -60,6 +60,8 @@ pub struct EyeSettings {
     pub eye: usize,
     /// Samples that a pixel keeps of earlier frames, where the eye passes keep any.
     pub kept_max: u32,
+    /// Frames from one lit sample of a pixel outside the fovea to the next, where its light is kept.
+    pub refresh_frames: u32,
     /// Seed of the random numbers; give each eye its own.
     pub seed: u32,
     /// Number of the frame or pass.
@@ -104,6 +106,7 @@ impl EyeSettings {
             chain_max: params.eye.chain_max,
             eye: 0,
             kept_max: params.temporal.kept_samples,
+            refresh_frames: params.temporal.refresh_frames,
             seed: params.random.seed,
             frame: 0,
         }
@@ -245,7 +248,6 @@ impl EyePass {
         let own = [
             ("RUNS", f64::from(runs)),
             ("COLLECTS_LIGHT", flag(collects)),
-            ("KEEPS_LIGHT", flag(keeping_eyes > 0)),
         ];
         let constants = [constants, &own].concat();
         let kernel = |stage| Kernel::new(gpu, stage, &constants, &size_of_name);
@@ -331,7 +333,7 @@ impl EyePass {
             }
             recorder.pass(VISIBLE_POINTS, &[(&self.visible_points, pixels)]);
             let history = self.histories.get(settings.eye);
-            if let (Some(history), 0) = (history, value.sample) {
+            if let Some(history) = history {
                 recorder.pass(HISTORY, &[(history.kernels().0, pixels)]);
             }
             for (name, kernel) in &self.light {
@@ -392,6 +394,7 @@ impl EyePass {
             let corner = previous.fov.slope_at(Vec2::ZERO);
             let view_from_scene = previous.scene_from_view.inverse();
             whole.kept_max = settings.kept_max;
+            whole.refresh_frames = settings.refresh_frames;
             whole.previous_view_from_scene = layout::affine_rows(view_from_scene);
             whole.previous_slope_left_top = corner.to_array();
             whole.previous_slope_extent = (previous.fov.slope_at(Vec2::ONE) - corner).to_array();

@@ -272,6 +272,10 @@ shared_struct! {
         previous_view_from_scene: AffineRows,
         previous_slope_left_top: [f32; 2],
         previous_slope_extent: [f32; 2],
+        refresh_frames: u32,
+        padding0: u32,
+        padding1: u32,
+        padding2: u32,
     }
 }
 

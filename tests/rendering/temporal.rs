@@ -44,8 +44,8 @@ fn params(kept_samples: &str) -> Params {
     let settings = [
         ("photon.count", "5000"),
         ("record.count", "1024"),
-        ("fovea.radius_deg", "90"),
-        ("fovea.transition_deg", "95"),
+        ("fovea.radius_deg", "12"),
+        ("fovea.transition_deg", "15"),
         ("temporal.kept_samples", kept_samples),
     ];
     for (key, value) in settings {
