@@ -339,12 +339,13 @@ knobs! {
     }
 }
 
-/// Flags of the command line that set a knob, where its key does not end in their name.
-const FLAGS: &[(&str, &str)] = &[("photons", "photon.count")];
+/// What a name without its room most likely means: flags of the command line whose key does not end in their name, and names that
+/// several rooms have.
+const MEANT: &[(&str, &str)] = &[("photons", "photon.count"), ("count", "photon.count")];
 
 fn nearest_key(key: &str) -> Option<&'static str> {
     let name = key.rsplit('.').next().unwrap_or(key);
-    if let Some((_, key)) = FLAGS.iter().find(|(flag, _)| *flag == name) {
+    if let Some((_, key)) = MEANT.iter().find(|(known, _)| *known == name) {
         return Some(key);
     }
     let known = Params::default().values();

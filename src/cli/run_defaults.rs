@@ -118,8 +118,8 @@ mod tests {
             ("passes = 0", "from 1 to"),
             ("passes = -1", "from 1 to"),
             ("passes = 2.5", "from 1 to"),
-            ("technique = \"pmm\"", "pm-direct, pm, path"),
-            ("technique = 3", "pm-direct, pm, path"),
+            ("technique = \"pmm\"", "pm-direct, pm, fpm"),
+            ("technique = 3", "pm-direct, pm, fpm"),
         ] {
             let fault = read(toml).unwrap_err();
             assert!(fault.starts_with(&format!("`{toml}`")), "{fault}");

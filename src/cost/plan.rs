@@ -11,7 +11,7 @@ pub const MAX_POINTS: usize = 10_000;
 const DEFAULT_PHOTONS: &str = "1000..64000*4";
 /// Photons an estimate in it: the default, and a soft gather.
 const DEFAULT_PER_ESTIMATE: &str = "40,160";
-/// Paths a pixel in it.
+/// Paths a pixel or sample in it.
 const DEFAULT_PATHS: &str = "1..16*4";
 
 /// One thing that is varied, and its values.
@@ -113,9 +113,9 @@ pub fn default_plan(base: &Setting) -> Result<Vec<Setting>, CostError> {
     for entry in technique::REGISTRY {
         let mut base = base.clone();
         base.technique = entry.name;
-        let axes: &[&str] = match base.effort_key() {
-            "path.samples" => &[DEFAULT_PATHS],
-            _ => &[DEFAULT_PHOTONS, DEFAULT_PER_ESTIMATE],
+        let axes: &[&str] = match entry.has_photons {
+            false => &[DEFAULT_PATHS],
+            true => &[DEFAULT_PHOTONS, DEFAULT_PER_ESTIMATE],
         };
         let keys = [base.effort_key(), "gather.photons_per_estimate"];
         let axes: Vec<Axis> = keys
@@ -199,6 +199,7 @@ mod tests {
         assert_eq!(factorial(&setting(), &axes).unwrap().len(), 4);
         let plan = default_plan(&setting()).unwrap();
         let of = |name: &str| plan.iter().filter(|s| s.technique == name).count();
-        assert_eq!((of("pm"), of("pm-direct"), of("path")), (8, 8, 3));
+        assert_eq!(["pm", "pm-direct", "fpm"].map(of), [8; 3]);
+        assert_eq!(["path", "path-filtered"].map(of), [3; 2]);
     }
 }

@@ -136,6 +136,7 @@ impl Setting {
     pub fn effort(&self) -> u32 {
         match self.effort_key() {
             "path.samples" => self.params.path.samples,
+            "indirect.paths" => self.params.indirect.paths,
             _ => self.params.photon.count,
         }
     }

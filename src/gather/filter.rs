@@ -75,7 +75,11 @@ impl Filter {
         let [even, odd] = lights;
         Ok(Self {
             finish: kernel(stages::filter_finish)?,
-            filtered: if levels.len() % 2 == 0 { even } else { odd },
+            filtered: if levels.len().is_multiple_of(2) {
+                even
+            } else {
+                odd
+            },
             eye: uniform.clone(),
             collect,
             prepare,

@@ -97,7 +97,7 @@ fn every_scene_looks_the_same_with_its_own_effects_as_with_all_and_takes_no_long
                 let passes: Vec<&str> = passes.iter().map(|pass| pass.name).collect();
                 assert_eq!(
                     passes,
-                    (subject.technique.passes)(&own, &subject.params),
+                    (subject.technique.passes)(&own, subject.params),
                     "{what}"
                 );
                 all.add_pass().unwrap();
