@@ -183,7 +183,8 @@ pub fn cases() -> Vec<Case> {
             "coarse glass with smooth normals",
             coarse_ball(6, glass(1.5)),
         )
-        .known_shortfall(0.05),
+        .known_shortfall(0.05)
+        .control(Control::Brighter(1.4)),
         seen_from(
             "an eye inside glass",
             cornell_from(|_, glass| glass.iter().sum::<Vec3>() / glass.len() as f32),
