@@ -144,22 +144,25 @@ impl Bounded {
 }
 
 /// Bytes that the device may hold for a small scene and picture: 80 for each photon that the map may hold, paths and photons of a
-/// batch, visible points, both grids' cells (2^22), and what does not depend on parameters.
+/// batch, the same for aimed ones, records laid out as photons, visible points and what the filter and both eyes keep of them, four grids'
+/// cells (2^21 each), and what does not depend on parameters.
 fn memory_limit_bytes(params: &Params, pixels: u64) -> u64 {
     const PHOTON_BYTES: u64 = 80;
-    const CELL_BYTES: u64 = 4 << 22;
+    const CELL_BYTES: u64 = 4 * (4 << 21);
     const REST_BYTES: u64 = 32 << 20;
     let photon = &params.photon;
-    let batch = u64::from(
-        photon
-            .batch
-            .min(photon.count.div_ceil(8).max(photon.count.clamp(64, 4096))),
-    );
-    let stored = (f64::from(photon.count) * f64::from(photon.stored_per_path)) as u64;
     let path_bytes = (2 * size_of::<PhotonPath>() + size_of::<Photon>() + 8) as u64;
-    let pixel_bytes = (2 * size_of::<VisiblePoint>() + 64) as u64;
-    stored.max(2 * batch) * PHOTON_BYTES
-        + batch * path_bytes
+    let map_bytes = |count: u32| {
+        let wanted = count.div_ceil(8).max(count.clamp(64, 4096));
+        let batch = u64::from(photon.batch.min(wanted));
+        let stored = (f64::from(count) * f64::from(photon.stored_per_path)) as u64;
+        stored.max(2 * batch) * PHOTON_BYTES + batch * path_bytes
+    };
+    // Thirteen vectors a slot for the filter, four a pixel for either side of either eye.
+    let pixel_bytes = (2 * size_of::<VisiblePoint>() + 64 + 2 * 13 * 16 + 4 * 4 * 16 + 4) as u64;
+    map_bytes(photon.count)
+        + map_bytes(params.aimed.count)
+        + u64::from(params.record.count) * PHOTON_BYTES
         + pixels * pixel_bytes
         + CELL_BYTES
         + REST_BYTES
